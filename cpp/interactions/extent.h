@@ -72,10 +72,6 @@ float given_radius(const actions::Action& action, bool second);
 /// one spark would make all ranks exchange everything.
 constexpr float step_limit(float reach) { return reach; }
 
-/// Mass, kg, below which a sphere counts as massless: it never pushes others, or has no contacts (Law::skips_massless).
-/// The inverses of two larger masses have a sum in float32.
-inline constexpr float kLeastMass = 0x1p-124f;
-
 /// Returns the radius, m, of a sphere of this size, m: 0 unless the size is positive.
 inline float radius_of_size(float size) { return size > 0 ? 0.5f * size : 0.0f; }
 

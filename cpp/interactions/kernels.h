@@ -8,6 +8,7 @@
 #include "actions/numbers.h"
 #include "expressions/formula.h"
 #include "interactions/cell_list.h"
+#include "interactions/grains.h"
 #include "interactions/law.h"
 #include "particles/blocks.h"
 #include "shapes/shape.h"
@@ -102,10 +103,27 @@ struct ListTask {
   Party spheres;  // targets and sources; columns: at, radius
   float skin = 0;
   bool ghosts_alone = false;  // all second particles are ghosts
+  bool once = false;  // a pair of own particles is listed once, at its first place
   std::uint32_t* count = nullptr;
   const std::uint32_t* begin = nullptr;
   std::uint32_t* second = nullptr;
   std::size_t first_row = 0, last_row = 0;
+};
+
+/// How far own particles have moved, by index, since a list was made.
+struct WearTask {
+  Column at[3], size, mass;
+  float given = 0;              // radius, m; 0: half of each one's size
+  bool skips_massless = false;  // see Law
+  const float* listed[3] = {};  // where they were, m, and their radii then; a vector may read beyond the last one
+  const float* listed_radius = nullptr;
+  const Ends* ends = nullptr;
+  float skin = 0;               // m
+  std::size_t from = 0, to = 0;
+};
+struct Worn {
+  float way2 = 0;  // square of the largest displacement, m2
+  bool out = false;  // a particle has moved or grown by half of the skin
 };
 
 /// Spheres and one wall, in a sub-step.
@@ -114,7 +132,7 @@ struct WallTask {
   const shapes::Shape* origin = nullptr;  // whose first point torques are about: the wall, or the union's first part
   std::uint32_t number = 0;             // number of the wall
   float start = 0, end = 1;             // part of the frame that the sub-step covers
-  const float* const* column = nullptr;  // by place: at, velocity, spin, radius, inverse_mass
+  const Grain* grains = nullptr;         // by place; as many as a vector has may follow the last one
   const std::uint32_t* order = nullptr;  // index of each place's particle
   std::uint32_t own = 0;                 // indices below are this rank's own
   const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
@@ -233,6 +251,15 @@ struct Kernels {
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);
+  Worn (*measure_wear)(const WearTask&);
+  /// See laws/touch_lanes.h.
+  bool (*place_grains)(const PlaceTask&);
+  void (*set_courses)(const TouchTask&);
+  std::uint32_t (*find_near)(const TouchTask&);
+  void (*order_pushes)(const TouchTask&);
+  void (*touch)(const TouchTask&);
+  void (*sum_pushes)(const TouchTask&);
+  void (*give_pushes)(const GiveTask&);
   /// See laws/wall_lanes.h.
   std::uint32_t (*find_walls)(const WallTask&, WallTouches&);
   void (*push_walls)(const WallTask&, WallTouches&);

@@ -31,6 +31,7 @@ struct Law {
   bool uniform = false;         // has a faster kernel for equal radii or equal masses
   bool skips_massless = false;  // spheres without a positive mass have no contacts
   bool remembers = false;       // keeps a neighbour list, whose pairs may have particles::Touches
+  bool near = false;            // looks at near pairs of the list: see near_pairs.h
   bool adds = false;            // results are added to the attribute; else they replace it
   bool between_systems = false;  // may act between the particles of two systems
 };

@@ -1,6 +1,7 @@
 // Builds a neighbour list in two passes: counts the pairs of each target, then writes them, target by target.
 #pragma once
 
+#include "interactions/displacements.h"
 #include "interactions/sweep.h"
 
 namespace motes::MOTES_ISA {
@@ -40,8 +41,11 @@ struct Listing {
     }
 
     MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j) {
-      if (law.list.ghosts_alone && task.sources.cells.order[j] < task.sources.cells.own) return;
-      const Mask seen = near(law, task, j);
+      const bool ghost = task.sources.cells.order[j] >= task.sources.cells.own;
+      if (law.list.ghosts_alone && !ghost) return;
+      Mask seen = near(law, task, j);
+      if (law.list.once && !ghost)
+        seen &= (Ints)lane_numbers() < static_cast<std::int32_t>(j) - static_cast<std::int32_t>(first);
       if (!kWrite) {
         count -= seen;
         return;
@@ -55,7 +59,7 @@ struct Listing {
     // The count includes the particle itself, unless only ghosts are counted.
     MOTES_INLINE void finish(const Listing& law, const Task&, const Around&, std::uint32_t i, std::uint32_t last) {
       for (std::uint32_t k = i; !kWrite && k < last; ++k) {
-        const std::int32_t itself = law.list.ghosts_alone ? 0 : 1;
+        const std::int32_t itself = law.list.ghosts_alone || law.list.once ? 0 : 1;
         law.list.count[k] = count[k - i] > itself ? static_cast<std::uint32_t>(count[k - i] - itself) : 0;
       }
     }
@@ -68,6 +72,33 @@ inline void list_pairs(const interactions::ListTask& list) {
   task.first_row = list.first_row;
   task.last_row = list.last_row;
   list.second == nullptr ? sweep(task, Listing<false>{list}) : sweep(task, Listing<true>{list});
+}
+
+/// Measures how far particles have moved and grown. Those at NaN have no contacts.
+inline interactions::Worn measure_wear(const interactions::WearTask& task) {
+  const auto column = [](const interactions::Column& of, std::size_t i) __attribute__((always_inline)) {
+    return of.own != nullptr ? load(of.own + i) : all(of.value);
+  };
+  Floats most2{};
+  Mask out{};
+  for (std::size_t i = task.from; i < task.to; i += kLanes) {
+    const Mask here = first_lanes(task.to - i);
+    const Floats3 x{column(task.at[0], i), column(task.at[1], i), column(task.at[2], i)};
+    const Floats3 before{load(task.listed[0] + i), load(task.listed[1] + i), load(task.listed[2] + i)};
+    const Floats3 way = shortest(x - before, *task.ends);
+    const Mask numbers = (x.x == x.x) & (x.y == x.y) & (x.z == x.z) & here;
+    Floats radius = all(task.given);
+    if (!(task.given > 0)) radius = max(0.5f * column(task.size, i), Floats{});
+    if (task.skips_massless) radius = only(column(task.mass, i) >= interactions::kLeastMass, radius);
+    // 0.49 instead of 0.5 leaves room for rounding.
+    const Floats left = 0.49f * task.skin - max(radius - load(task.listed_radius + i), Floats{});
+    const Floats way2 = dot(way, way);
+    most2 = select((way2 > most2) & numbers, way2, most2);
+    out |= numbers & ~((left > 0.0f) & (way2 < left * left));
+  }
+  interactions::Worn worn{0, any(out)};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) worn.way2 = most2[lane] > worn.way2 ? most2[lane] : worn.way2;
+  return worn;
 }
 
 }  // namespace motes::MOTES_ISA

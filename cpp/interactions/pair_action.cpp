@@ -44,13 +44,13 @@ float PairAction::reach(const Agreement& agreed) const { return reach_of(action(
 
 double PairAction::range(const Agreement& agreed) const { return range_of(action(), agreed.extent); }
 
-bool list_holds(const Side& side, const NeighbourList::Kind& kind, const Radii& radii, const SubStep& step,
-                threads::Pool& pool) {
+bool list_holds(const Side& side, const NeighbourList::Kind& kind, const Radii& radii, const Meeting& meeting,
+                const particles::Periods& periods) {
   Side own = side;
   own.ghosts = nullptr;
   side.kept.list->set_kind(kind);
   return side.kept.list->holds(crowd_of(own, columns_of(components_of(1u << particles::position), own)), radii,
-                               step.number, pool);
+                               meeting.step.number, *meeting.pool, periods);
 }
 
 }  // namespace motes::interactions

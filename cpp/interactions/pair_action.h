@@ -79,8 +79,9 @@ class PairAction {
   /// Returns those of some particles of a side, as indices, that others may have to see.
   virtual std::vector<std::uint32_t> sources(std::size_t side, std::vector<std::uint32_t> particles) const;
   /// How the action sees across the ends of periodic space: images of particles as ghosts; each particle once, at its
-  /// own place, since the action finds the nearest image; or not at all.
-  enum class AcrossEnds : std::uint8_t { images, nearest, refused };
+  /// own place, since the action finds the nearest image, within half a period or of partners at any distance; or not
+  /// at all.
+  enum class AcrossEnds : std::uint8_t { images, nearest, nearest_partners, refused };
   virtual AcrossEnds across_ends() const { return AcrossEnds::images; }
 
   /// Returns whether a side's kept list is still valid for this rank's own particles: see NeighbourList::holds.
@@ -113,8 +114,8 @@ class PairAction {
   const Meeting& meeting_;
 };
 
-/// Asks a kept list whether it still holds. `radii`: of the side's own particles.
-bool list_holds(const Side& side, const NeighbourList::Kind& kind, const Radii& radii, const SubStep& step,
-                threads::Pool& pool);
+/// Asks a kept list whether it still holds. `radii`: of the side's own particles; `periods`: see NeighbourList::holds.
+bool list_holds(const Side& side, const NeighbourList::Kind& kind, const Radii& radii, const Meeting& meeting,
+                const particles::Periods& periods = {});
 
 }  // namespace motes::interactions

@@ -49,7 +49,7 @@ struct Touched {
 
 class Holding {
  public:
-  Holding(const Side& side, std::uint32_t now, const PlacedParticles& placed, WallTask task)
+  Holding(const Side& side, std::uint32_t now, const PlacedGrains& placed, WallTask task)
       : side_(side), now_(now), placed_(placed), task_(task), law_(side.kept.law | particles::kWall),
         found_(std::make_unique<WallTouches>()) {}
 
@@ -105,7 +105,11 @@ class Holding {
   }
 
   void apply(std::uint32_t n) {
-    for (std::size_t c = 0; c < 6; ++c) placed_.out[c][found_->place[n]] += found_->change[c][n];
+    GrainPush& push = placed_.out[found_->place[n]];
+    for (std::size_t c = 0; c < 3; ++c) {
+      push.velocity[c] += found_->change[c][n];
+      push.spin[c] += found_->change[3 + c][n];
+    }
     Touch touch{found_->number[n], law_, now_, {}, {}};
     for (std::size_t c = 0; c < 3; ++c) {
       touch.slid[c] = found_->slid[c][n];
@@ -116,7 +120,7 @@ class Holding {
 
   const Side& side_;
   const std::uint32_t now_;  // sub-step
-  const PlacedParticles& placed_;
+  const PlacedGrains& placed_;
   WallTask task_;
   std::uint32_t law_;
   std::unique_ptr<WallTouches> found_;
@@ -142,7 +146,7 @@ void write_down(const std::vector<Touched>& touched, particles::Store& store) {
 
 }  // namespace
 
-WallSums touch_walls(const Side& side, const SubStep& step, const PlacedParticles& placed, threads::Pool& pool) {
+WallSums touch_walls(const Side& side, const SubStep& step, const PlacedGrains& placed, threads::Pool& pool) {
   const actions::Action& action = *side.action;
   const std::vector<WallPart> parts = parts_of(action);
   if (parts.empty()) return {};
@@ -153,7 +157,7 @@ WallSums touch_walls(const Side& side, const SubStep& step, const PlacedParticle
   WallTask task;
   task.start = step.start;
   task.end = step.end;
-  task.column = placed.column;
+  task.grains = placed.grains;
   task.order = order.data();
   task.own = static_cast<std::uint32_t>(side.store->size());
   task.chosen = side.chosen != nullptr ? side.chosen->data() : nullptr;

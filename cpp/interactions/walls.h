@@ -6,15 +6,15 @@
 
 namespace motes::interactions {
 
-/// The particles of one system as kernels see them, and the law's results, by place.
-struct PlacedParticles {
+/// The grains of one system, and what pushes them, by place.
+struct PlacedGrains {
   const Cells* cells = nullptr;
-  const float* column[party_columns] = {};
-  float* out[kMostResults] = {};
+  const Grain* grains = nullptr;
+  GrainPush* out = nullptr;
 };
 
 /// Adds the pushes of the action's walls to `out`, and writes the particles' touches with walls to the store. Walls act
 /// in the order in which the script gives them. Returns the forces of particles on the walls that they touch.
-WallSums touch_walls(const Side& side, const SubStep& step, const PlacedParticles& placed, threads::Pool& pool);
+WallSums touch_walls(const Side& side, const SubStep& step, const PlacedGrains& placed, threads::Pool& pool);
 
 }  // namespace motes::interactions

@@ -125,3 +125,64 @@ def test_of_two_contacts_the_first_remembers(place: int):
 
     np.testing.assert_allclose(slid(1), slid(0), rtol=1e-3)
     np.testing.assert_allclose(slid(2), slid(0), rtol=1e-3)
+
+
+def test_who_is_not_chosen_remembers_no_grain():
+    """A grain along which another slid before it was chosen feels it as one that has just arrived."""
+    world = motes.World(seed=1, dt=1e-3, progress="off")
+    grains = world.system("grains", attributes={"late": 1})
+    with world:
+        grains.emit(
+            position=[(0, 0, 0), (0, 0.099, 0)],
+            velocity=[(0, 0, 0), (0.3, 0, 0)],
+            size=[(0.1,) * 3] * 2,
+            late=[1, 0],
+        )
+        for frame in range(6):
+            if frame == 5:
+                before = grains.gather()
+            grains.contact(200, where=column("late") <= float(frame > 4))
+            grains.move()
+            world.step()
+        later = grains.gather()
+    again = motes.World(seed=1, dt=1e-3, progress="off")
+    alone = again.system("grains", attributes={"late": 1})
+    with again:
+        alone.emit(
+            position=before.position,
+            velocity=before.velocity,
+            rotational_velocity=before.rotational_velocity,
+            size=before.size,
+            late=before.late,
+        )
+        alone.contact(200, where=column("late") == 1)
+        alone.move()
+        again.step()
+        arrived = alone.gather()
+    assert before.contacts[1] == later.contacts[0] == 1
+    np.testing.assert_array_equal(later.velocity[0], arrived.velocity[0])
+    assert later.velocity[0, 0] != 0
+
+
+@pytest.mark.parametrize("skin", ["0.005", "0.3"])
+def test_to_choose_all_changes_no_bit(skin: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MOTES_SKIN", skin)
+    rng = np.random.default_rng(6)
+    start = {
+        "position": rng.uniform(0, 0.6, (600, 3)),
+        "velocity": rng.normal(0, 1, (600, 3)),
+        "size": np.repeat(rng.uniform(0.03, 0.1, (600, 1)), 3, axis=1),
+    }
+    digests = []
+    for where in (None, column("mass") > 0):
+        periodic = {"x": (0, 0.6), "z": (0, 0.6)}
+        with motes.World(seed=1, dt=0.02, substeps=20, periodic=periodic, progress="off") as world:
+            grains = world.system("grains")
+            grains.emit(**start)
+            for _ in world.frames(5):
+                grains.contact(2000, friction=0.6, rolling_friction=0.1, where=where)
+                grains.move()
+                world.step()
+                digests.append(world.digest())
+    assert digests[:5] == digests[5:]
+    assert len(set(digests)) == 5

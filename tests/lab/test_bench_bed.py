@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from motes_lab.bench.peers import bed_lammps
-from motes_lab.bench.peers.bed import bed
+from motes_lab.bench.peers.bed import bed, chute
 from motes_lab.bench.peers.spheres import NotInstalled
 from motes_lab.cli.bench import _peers as shown
 
@@ -28,7 +28,11 @@ BED: dict[str, Any] = {
     "damping": 800.0,
     "damping_along": 400.0,
     "friction": 0.5,
+    "gravity": [0.0, -9.81, 0.0],
+    "periodic": "",
+    "fixed": 0,
 }
+CHUTE = BED | {"low": [0.0, -1.0, 0.0], "gravity": [3.0, -4.0, 0.0], "periodic": "xz", "fixed": 1}
 
 
 class Asked:
@@ -63,7 +67,17 @@ def test_lammps_is_asked_for_the_same_law_at_grains_and_walls():
     assert f"fix wall_x all wall/gran hooke/history {law} xplane 0.0 1.0" in said
     assert f"fix wall_y all wall/gran hooke/history {law} yplane 0.0 NULL" in said
     assert "neigh_modify every 1 delay 0 check yes" in said
+    assert "fix pull all gravity 9.81 vector 0.0 -1.0 0.0" in said
     assert said.index("run 100 pre no post no") > said.index("run 100 post no")
+
+
+def test_lammps_is_asked_for_the_same_chute():
+    before, after = bed_lammps.commands(CHUTE)
+    assert "boundary p f p" in before
+    assert "region box block 0.0 1.0 -1.01 2.01 0.0 1.5" in before  # of its full length where it is periodic
+    assert "fix pull all gravity 5.0 vector 0.6 -0.8 0.0" in after
+    assert "fix still fixed freeze" in after and "fix move moving nve/sphere" in after
+    assert not [command for command in after if command.startswith("fix wall")]
 
 
 def test_a_python_without_lammps_is_named(tmp_path: Path):
@@ -78,15 +92,16 @@ def test_rows_are_shown_with_what_they_leave_out():
     row = {"peer": "lammps", "ranks": 2, "ns": 123.4, "engine_by_peer": 1.5, "leaves_out": "equal bits"}
     figures = {"grains": 64, "touching": 4.5, "lammps": "20990101", "rows": [row]}
     text = shown({"steps": 1, "simd": "-", "rows": [], "not_installed": {}, "collide": None, "bed": figures})
-    assert "64 grains, 4.50 contacts each, LAMMPS 20990101" in text
+    assert "64 grains at rest in a box, 4.50 contacts each, LAMMPS 20990101" in text
     assert text.splitlines()[-1].split() == ["lammps", "2", "123.4", "1.50", "equal", "bits"]
 
 
-def test_lammps_itself_ends_alike():
+@pytest.mark.parametrize("compare", [bed, chute])
+def test_lammps_itself_ends_alike(compare: Any):
     named = os.environ.get("MOTES_TEST_LAMMPS")
     if not named:
         pytest.skip("MOTES_TEST_LAMMPS names no Python that has LAMMPS")
-    figures = bed(grains=1000, steps=50, rounds=1, python=named)
+    figures = compare(grains=1000, steps=50, rounds=1, python=named)
     assert [(row["peer"], row["ranks"]) for row in figures["rows"]] == [
         (peer, ranks) for ranks in (1, 2) for peer in ("motes", "lammps")
     ]

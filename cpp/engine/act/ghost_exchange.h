@@ -72,7 +72,8 @@ class GhostExchange {
   const Images& images_;
   const bool lists_ = interactions::remembers(*in_.interaction.meeting.sides[0].action);
   // Images are ghosts, too, unless the action finds the nearest image of a particle itself.
-  const bool nearest_ = action_.across_ends() == interactions::PairAction::AcrossEnds::nearest;
+  const bool nearest_ = action_.across_ends() == interactions::PairAction::AcrossEnds::nearest ||
+                        action_.across_ends() == interactions::PairAction::AcrossEnds::nearest_partners;
   interactions::Wear wear_;
   Migrants migrants_[2];
   double farthest_ = 0;

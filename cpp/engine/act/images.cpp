@@ -86,7 +86,7 @@ float Images::most_skin(float reach) const {
 
 void Images::check(const interactions::PairAction& action, float reach) const {
   using AcrossEnds = interactions::PairAction::AcrossEnds;
-  if (!any() || action.across_ends() == AcrossEnds::nearest) return;
+  if (!any() || action.across_ends() == AcrossEnds::nearest_partners) return;
   const std::string name = action.name();
   if (action.across_ends() == AcrossEnds::refused) {
     throw std::invalid_argument(name + " does not work across the boundaries of periodic space");

@@ -96,7 +96,8 @@ class PairInteraction {
   float skin() const {
     const float reach = action_->reach(agreed_);
     const std::optional<float>& told = in_.rank.settings.skin;
-    return std::min(told ? *told * reach : interactions::skin_of(agreed_.wear, reach), images_.most_skin(reach));
+    const bool near = interactions::law_of(*meeting_.sides[0].action).near;
+    return std::min(told ? *told * reach : interactions::skin_of(agreed_.wear, reach, near), images_.most_skin(reach));
   }
 
   float farthest_face() const {
@@ -167,7 +168,8 @@ class PairInteraction {
     }
     for (std::size_t s = 0; s < meeting_.count; ++s) {
       drop(in_.population(s), seen.dropped[s]);
-      particles::wrap(in_.population(s).store, *in_.rank.pool);  // a scripted law may set positions
+      const bool moves = (actions::writes(*meeting_.sides[s].action) >> particles::position & 1) != 0;
+      if (moves) particles::wrap(in_.population(s).store, *in_.rank.pool);  // a scripted law may set positions
     }
     InteractionStats& stats = in_.population(0).interaction;
     stats.pairs += seen.pairs;

@@ -43,7 +43,7 @@ class Scripted : public PairAction {
   }
 
   bool holds(std::size_t s) override {
-    return list_holds(side(s), s == 0 ? kind() : kNoted, {0.5f * reach({}), {}, {}}, meeting_.step, *meeting_.pool);
+    return list_holds(side(s), s == 0 ? kind() : kNoted, {0.5f * reach({}), {}, {}}, meeting_);
   }
 
   InteractionCounts act(const Agreement& agreed) override {

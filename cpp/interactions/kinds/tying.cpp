@@ -119,7 +119,7 @@ class Tying : public PairAction {
   double range(const Agreement& agreed) const override {
     return static_cast<double>(reach(agreed)) * (1 + 1e-5) + 4 * static_cast<double>(agreed.extent.rounding);
   }
-  AcrossEnds across_ends() const override { return AcrossEnds::nearest; }
+  AcrossEnds across_ends() const override { return AcrossEnds::nearest_partners; }
   std::vector<std::uint32_t> sources(std::size_t s, std::vector<std::uint32_t> particles) const override {
     const particles::Ids ids = side(s).store->ids();
     std::erase_if(particles, [&](std::uint32_t p) { return bonds_.row_of(ids[p]) == Bonds::kNone; });

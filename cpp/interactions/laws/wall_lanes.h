@@ -1,7 +1,7 @@
 // Touches of spheres with walls: the law of contact, with an infinitely heavy and flat wall.
 #pragma once
 
-#include "interactions/laws/law_contact.h"
+#include "interactions/laws/touch_lanes.h"
 #include "shapes/nearest.h"
 
 namespace motes::MOTES_ISA {
@@ -18,23 +18,23 @@ inline std::uint32_t find_walls(const interactions::WallTask& task, interactions
   visit_feet(*task.wall, task.start, [&](const auto& feet) __attribute__((always_inline)) {
     std::uint32_t i = task.first;
     for (; i < task.last && found.count + kMostFaces * kLanes <= interactions::WallTouches::kMost; i += kLanes) {
-      const Floats radius = load(task.column[interactions::radius] + i);
       const Mask here = first_lanes(task.last - i);
-      feet.each(load_column(task.column, interactions::at_x, i),
-                [&](int face, const Foot& foot) __attribute__((always_inline)) {
-                  const Mask touches = foot.mask & here & (foot.distance < radius);
-                  if (!any(touches)) return;  // the usual case
-                  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-                    if (touches[lane] == 0 || !may_change(task, i + lane)) continue;
-                    const std::uint32_t n = found.count++;
-                    found.place[n] = i + lane;
-                    found.number[n] = task.number * kMostFaces + static_cast<std::uint32_t>(face);
-                    found.distance[n] = foot.distance[lane];
-                    found.towards[0][n] = foot.towards.x[lane];
-                    found.towards[1][n] = foot.towards.y[lane];
-                    found.towards[2][n] = foot.towards.z[lane];
-                  }
-                });
+      const FourWords at = load_fours([&](std::size_t lane) { return task.grains[i + lane].at; });
+      const Floats radius = fourth(at);
+      feet.each(three(at), [&](int face, const Foot& foot) __attribute__((always_inline)) {
+        const Mask touches = foot.mask & here & (foot.distance < radius);
+        if (!any(touches)) return;  // the usual case
+        for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+          if (touches[lane] == 0 || !may_change(task, i + lane)) continue;
+          const std::uint32_t n = found.count++;
+          found.place[n] = i + lane;
+          found.number[n] = task.number * kMostFaces + static_cast<std::uint32_t>(face);
+          found.distance[n] = foot.distance[lane];
+          found.towards[0][n] = foot.towards.x[lane];
+          found.towards[1][n] = foot.towards.y[lane];
+          found.towards[2][n] = foot.towards.z[lane];
+        }
+      });
     }
     next = i;
   });
@@ -99,16 +99,20 @@ inline void push_walls(const interactions::WallTask& task, interactions::WallTou
   const WallMotion motion = WallMotion::of(task);
   const Floats3 origin = origin_of(*task.origin, task.start);
   for (std::uint32_t n = 0; n < touches.count; n += kLanes) {
-    const Uints i = load_uints(touches.place + n) & (Uints)first_lanes(touches.count - n);
+    const LaneNumbers place(load_uints(touches.place + n) & (Uints)first_lanes(touches.count - n));
+    const auto grain = [&](int quad) __attribute__((always_inline)) {
+      return load_fours([&](std::size_t lane) { return task.grains[place.of[lane]].at + 4 * quad; });
+    };
+    const FourWords i_at = grain(0), i_velocity = grain(1);
     Touching t{};
     t.normal = load_three(touches.towards, n);
-    t.own = {take(task.column[interactions::radius], i), take(task.column[interactions::inverse_mass], i)};
+    t.own = {fourth(i_at), fourth(i_velocity)};
     t.other = {all(1e15f), Floats{}};
     t.overlap = t.own.radius - load(touches.distance + n);
     // Relative to a wall that turns around the particle's centre: the relative speed of the surfaces is the same.
-    const Floats3 at = take3(task.column, interactions::at_x, i);
-    t.apart = motion.velocity(at) - take3(task.column, interactions::velocity_x, i);
-    t.spin = take3(task.column, interactions::spin_x, i) - motion.spin;
+    const Floats3 at = three(i_at);
+    t.apart = motion.velocity(at) - three(i_velocity);
+    t.spin = three(grain(2)) - motion.spin;
     Floats3 slid = load_three(touches.slid, n), rolled = load_three(touches.rolled, n);
     const Push push = law.push(t, slid, rolled);
     store_three(touches.change, n, law.speed(push));
@@ -116,7 +120,7 @@ inline void push_walls(const interactions::WallTask& task, interactions::WallTou
     store_three(touches.slid, n, slid);
     store_three(touches.rolled, n, rolled);
     store_three(touches.force, n, law.newtons(push.force * -1.0f, push));
-    store_three(touches.torque, n, law.newtons((cross(at - origin, push.force) + push.torque) * -1.0f, push));
+    store_three(touches.torque, n, law.newtons((cross(at - origin, push.force) + push.torque()) * -1.0f, push));
   }
 }
 

@@ -160,7 +160,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     peers.add_argument("--collide", type=positive, default=400_000, help="spheres to compare with LAMMPS")
     peers.add_argument(
-        "--grains", type=positive, default=37_000, help="grains in a bed to compare with LAMMPS"
+        "--grains",
+        type=positive,
+        default=37_000,
+        help="grains in a bed, and on a chute, to compare with LAMMPS",
     )
     peers.add_argument(
         "--lammps",
@@ -319,8 +322,9 @@ def _peers(figures: Mapping[str, Any]) -> str:
     about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd") if name in figures)
     if not figures["rows"]:
         lines = list(figures["not_installed"].values())
-    collide, bed = figures.get("collide"), figures.get("bed")
-    return "\n".join([*lines, about, *(_colliding(collide) if collide else ()), *(_bed(bed) if bed else ())])
+    collide = figures.get("collide")
+    beds = [line for name, what in _BEDS.items() if figures.get(name) for line in _bed(figures[name], what)]
+    return "\n".join([*lines, about, *(_colliding(collide) if collide else ()), *beds])
 
 
 def _colliding(figures: Mapping[str, Any]) -> list[str]:
@@ -331,13 +335,17 @@ def _colliding(figures: Mapping[str, Any]) -> list[str]:
     return ["", about, f"{'':<32}{'ns':>9}{'engine / peer':>13}", *lines]
 
 
-def _bed(figures: Mapping[str, Any]) -> list[str]:
-    """Show the bed of grains compared with LAMMPS."""
+_BEDS = {"bed": "at rest in a box", "chute": "flowing down a chute"}
+
+
+def _bed(figures: Mapping[str, Any], what: str) -> list[str]:
+    """Show grains compared with LAMMPS."""
     lines = []
     for row in figures["rows"]:
         timed = f"{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}"
         lines.append(f"{row['peer']:<8}{row['ranks']:>6}{timed}   {row['leaves_out']}")
-    about = f"{figures['grains']} grains, {figures['touching']:.2f} contacts each, LAMMPS {figures['lammps']}"
+    about = f"{figures['grains']} grains {what}, {figures['touching']:.2f} contacts each"
+    about += f", LAMMPS {figures['lammps']}"
     return ["", about, f"{'':<8}{'ranks':>6}{'ns':>9}{'engine / peer':>13}   left out", *lines]
 
 

@@ -224,6 +224,40 @@ TEST(the_order_in_memory_and_the_build_do_not_show_in_many_steps) {
   CHECK(all[0] == all[1]);
 }
 
+// A list and its near pairs are kept; the reference looks at all pairs anew in each step.
+TEST(near_pairs_are_found_anew_when_a_grain_leaves_its_course) {
+  Dice dice(4);
+  Kernels kernels = grains(200, 15);
+  const test::MeetingBuild& build = test::meeting_builds().back();
+  Law law = slow_law();
+  law.step = 1.0f / 8192;
+  law.skin = true;
+  test::Arranged arranged(kernels.flock, law.reach, threads::alone());
+  law.now = 1;
+  interactions::NeighbourList kept =
+      test::listed(build, law, kernels.flock, arranged, kernels.touches, threads::alone());
+  std::uint64_t pairs = 0;
+  for (std::uint32_t now = 1; now < 60; ++now) {
+    law.now = now;
+    const test::Heard anew = test::heard(build, law, kernels.flock, kernels.flock, threads::alone(), kernels.touches);
+    const test::Heard heard = test::touched(kept, law, kernels.flock, threads::alone());
+    CHECK(heard.out == anew.out);
+    CHECK(heard.touches == anew.touches);
+    pairs += heard.pairs;
+    kernels.touches = heard.touches;
+    for (std::size_t i = 0; i < kernels.flock.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        float& velocity = kernels.flock.column[static_cast<std::size_t>(interactions::velocity_x) + c][i];
+        velocity = heard.out[c][i];
+        if (now % 20 == 7 && i % 10 == 0) velocity = dice.between(-2, 2);
+        kernels.flock.column[static_cast<std::size_t>(interactions::spin_x) + c][i] = heard.out[3 + c][i];
+        kernels.flock.column[c][i] += velocity * law.step;
+      }
+    }
+  }
+  CHECK(pairs > 10000);
+}
+
 TEST(what_was_not_touched_in_the_last_step_is_forgotten) {
   Kernels kernels = grains(100, 13);
   kernels.advance(slow_law(), 10, test::meeting_builds()[0]);

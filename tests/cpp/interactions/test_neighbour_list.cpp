@@ -56,7 +56,7 @@ struct Listed {
     const interactions::Radii radii{0, sizes(), {nullptr, nullptr, 1}, false};
     const bool kept = list.holds(own, radii, now, threads::alone());
     if (!kept) {
-      list.sort(crowd, reach(), interactions::skin_of(list.wear(), reach()), threads::alone());
+      list.sort(crowd, reach(), interactions::skin_of(list.wear(), reach(), false), threads::alone());
       list.build(crowd, arrange(), store, 0, now, threads::alone());
     }
     list.view(now);
@@ -144,6 +144,25 @@ TEST(a_list_is_made_anew_when_something_has_moved_by_half_of_the_skin) {
     std::swap(some.flock.ids[0], some.flock.ids[1]);
     CHECK(!some.meet(8));
   }
+}
+
+TEST(a_list_holds_when_grains_cross_the_ends_of_space) {
+  Listed some(spheres(50, 3));
+  CHECK(!some.meet(1));
+  const particles::Periods periods{1, {{{-0.5f, 0.5f}, {}, {}}}};
+  const interactions::Radii radii{0, some.sizes(), {nullptr, nullptr, 1}, false};
+  const particles::IdList ids = some.flock.own_ids();
+  const auto holds = [&](std::uint32_t now, const particles::Periods& ends) {
+    const bool kept = some.list.holds(some.flock.crowd(ids), radii, now, threads::alone(), ends);
+    some.list.view(now);
+    return kept;
+  };
+  for (float& x : some.flock.column[0]) x += x < 0 ? 1.0f : -1.0f;
+  CHECK(holds(2, periods));
+  CHECK(some.list.wear().step < 1e-5f);
+  some.flock.column[0][9] += 0.06f * some.reach();
+  CHECK(!holds(3, periods));
+  CHECK(!holds(4, {}));
 }
 
 TEST(any_number_of_touches_is_remembered_from_list_to_list_and_in_the_store) {

@@ -197,13 +197,14 @@ struct Arranged {
 };
 
 /// Lists the pairs of a flock and puts it in the list's order. `touches`: what the particles remember.
-inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Arranged& arranged,
-                                          const Remembered& touches, motes::threads::Pool& pool) {
+inline interactions::NeighbourList listed(const MeetingBuild& build, const Law& law, const Flock& flock,
+                                          Arranged& arranged, const Remembered& touches, motes::threads::Pool& pool) {
   static const motes::particles::Schema schema;
   motes::particles::Store store(schema);
   store.grow(flock.own);
   for (std::size_t i = 0; i < flock.own; ++i) store.set_touches(i, touches[i]);
-  interactions::NeighbourList list;
+  interactions::NeighbourList list(build.kernels);
+  list.set_kind({.near = true});
   list.sort(arranged.crowd, law.reach, law.skin ? 0.1f * law.reach : 0, pool);
   arranged.cells = list.cells();
   arranged.arrange(flock, pool);
@@ -212,16 +213,59 @@ inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Ar
   return list;
 }
 
+/// Lets the grains of a list touch each other.
+inline Heard touched(interactions::NeighbourList& list, const Law& law, const Flock& flock,
+                     motes::threads::Pool& pool) {
+  std::vector<float> size = flock.column[interactions::radius], mass = flock.column[interactions::mass];
+  for (float& diameter : size) diameter *= 2;
+  const auto column = [&](const std::vector<float>& values) {
+    return interactions::Column{values.data(), values.data() + flock.own, 0};
+  };
+  interactions::GrainColumns columns;
+  for (std::size_t c = 0; c < 3; ++c) {
+    columns.at[c] = flock.plane(interactions::at_x + c);
+    columns.velocity[c] = flock.plane(interactions::velocity_x + c);
+    columns.spin[c] = flock.plane(interactions::spin_x + c);
+  }
+  columns.size = column(size);
+  columns.mass = column(mass);
+  const interactions::Ends ends({});
+  list.near().place({list.cells(), columns, flock.own, flock.size() - flock.own, ends}, pool);
+  interactions::TouchTask task = list.touches(law.now);
+  task.numbers = law.action.numbers.data();
+  task.dt = law.step;
+  task.side = law.side;
+  task.ends = &ends;
+  Heard heard;
+  heard.pairs = list.near().act(task, law.reach, list.cells(), pool);
+  heard.touches.resize(flock.own);
+  for (std::vector<float>& out : heard.out) out.resize(flock.own);
+  for (std::size_t k = 0; k < flock.size(); ++k) {
+    const std::uint32_t i = list.cells().order()[k];
+    if (i >= flock.own) continue;
+    const interactions::GrainPush& push = list.near().out()[k];
+    for (std::size_t c = 0; c < 3; ++c) {
+      heard.out[c][i] = push.velocity[c];
+      heard.out[3 + c][i] = push.spin[c];
+    }
+    heard.out[6][i] = push.touches;
+    list.recall(k, 0, heard.touches[i]);
+  }
+  return heard;
+}
+
 /// Runs a law. `sources`: the particles that the targets see; `touches`: what the targets remember.
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
                    motes::threads::Pool& pool = motes::threads::alone(), Remembered touches = {}) {
   touches.resize(targets.own);
+  if (law.action.kind == motes::actions::Kind::contact) {
+    Arranged arranged(targets, law.reach, pool);
+    interactions::NeighbourList list = listed(build, law, targets, arranged, touches, pool);
+    return touched(list, law, targets, pool);
+  }
   const interactions::Law& known = build.kernels.law[static_cast<std::size_t>(law.action.kind)];
   Arranged seeing(targets, law.reach, pool);
   Arranged seen(sources, law.reach, pool);
-  interactions::NeighbourList list;
-  if (known.remembers) list = listed(law, targets, seeing, touches, pool);
-  const interactions::PairsView pairs = known.remembers ? list.view(law.now) : interactions::PairsView{};
   std::vector<float> by_place[interactions::kMostResults];
   float* out[interactions::kMostResults];
   for (std::size_t c = 0; c < interactions::kMostResults; ++c) {
@@ -238,7 +282,6 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
       task.radii = law.radii;
       task.masses = law.masses;
       task.out = out;
-      task.pairs = pairs;
       task.first_row = rows * part / parts;
       task.last_row = rows * (part + 1) / parts;
       task.stats = &parts_seen[part];
@@ -265,10 +308,6 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
   }
   for (const interactions::KernelStats& seen : parts_seen) heard.pairs += seen.pairs;
   heard.touches.resize(targets.own);
-  for (std::size_t k = 0; k < list.ids().size(); ++k) {
-    const std::uint32_t i = list.cells().order()[k];
-    if (i < targets.own) list.recall(k, 0, heard.touches[i]);
-  }
   return heard;
 }
 

@@ -2,7 +2,7 @@
 
 Each peer starts from the engine's particles and takes the same steps: a random acceleration, a bounce off the
 ground, a test of the age, motion. Afterwards its particles are compared with the engine's. Colliding spheres
-and a bed of grains are compared with LAMMPS (spheres.py, bed.py).
+and grains at rest and flowing are compared with LAMMPS (spheres.py, bed.py).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._engine import simd
-from .bed import bed
+from .bed import bed, chute
 from .engine import Engine
 from .scene import Peer, disagreement
 from .spheres import NotInstalled, spheres
@@ -61,8 +61,9 @@ def peers(
 ) -> dict[str, Any]:
     """Time steps of all installed peers in turn, on one thread and, if more are given, on `threads`.
 
-    `collide` is the number of spheres compared with LAMMPS on one thread; `grains` the number in the bed, on
-    one rank and on two. `lammps`: time only LAMMPS, with this Python; None: time all, with the current one.
+    `collide` is the number of spheres compared with LAMMPS on one thread; `grains` the number in the bed and
+    on the chute, on one rank and on two. `lammps`: time only LAMMPS, with this Python; None: time all, with
+    the current one.
     """
     python = lammps or sys.executable
     if lammps is not None:
@@ -83,10 +84,11 @@ def peers(
 
 def _beside_lammps(python: str, steps: int, collide: int, grains: int) -> dict[str, Any]:
     """Time the comparisons with LAMMPS, in `steps` rounds."""
-    found: dict[str, Any] = {"steps": steps, "collide": None, "bed": None, "not_installed": {}}
+    found: dict[str, Any] = {"steps": steps, "collide": None, "bed": None, "chute": None, "not_installed": {}}
     try:
         found["collide"] = spheres(particles=collide, rounds=steps, python=python)
         found["bed"] = bed(grains=grains, steps=200, rounds=steps, python=python)
+        found["chute"] = chute(grains=grains, steps=200, rounds=steps, python=python)
     except NotInstalled as why:
         found["not_installed"] = {"lammps": str(why)}
     return found

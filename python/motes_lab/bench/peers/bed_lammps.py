@@ -1,4 +1,4 @@
-"""A bed of grains in LAMMPS (`gran/hooke/history`), as a separate job: another Python may run this file.
+"""Grains at rest or on a chute in LAMMPS (`gran/hooke/history`), as a separate job of perhaps another Python.
 
 It imports nothing of motes. The command line is `FILE STEPS`: the file from `bed.py`, and the number of
 steps, which are taken twice; only the second time is measured. Rank 0 prints one JSON object.
@@ -7,6 +7,7 @@ steps, which are taken twice; only the second time is measured. Rank 0 prints on
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
 from array import array
@@ -21,28 +22,38 @@ def commands(bed: dict[str, Any]) -> tuple[list[str], list[str]]:
     """Return the commands before and after the atoms are created."""
     low, high = bed["low"], bed["high"]
     d = bed["diameter"]
-    box = " ".join(f"{low[c] - d!r} {high[c] + d!r}" for c in range(3))
+    periodic = [axis in bed["periodic"] for axis in "xyz"]
+    beyond = [0 if ends else d for ends in periodic]
+    box = " ".join(f"{low[c] - beyond[c]!r} {high[c] + beyond[c]!r}" for c in range(3))
+    pull = math.hypot(*bed["gravity"])
+    towards = " ".join(repr(g / pull) for g in bed["gravity"])
     law = " ".join(repr(bed[name]) for name in ("stiffness", "along", "damping", "damping_along", "friction"))
     before = [
         "units si",
         "atom_style sphere",
-        "boundary f f f",
+        "boundary " + " ".join("p" if ends else "f" for ends in periodic),
         "newton off",
         "comm_modify vel yes",
         f"region box block {box}",
-        "create_box 1 box",
+        "create_box 2 box",
     ]
     after = [
+        "group moving type 1",
+        "group fixed type 2",
+        "neigh_modify exclude group fixed fixed",
         f"set group all diameter {d!r} density {bed['density']!r}",
         f"neighbor {SKIN * d!r} bin",
         "neigh_modify every 1 delay 0 check yes",
         f"pair_style gran/hooke/history {law} 1",
         "pair_coeff * *",
         f"timestep {bed['step']!r}",
-        "fix move all nve/sphere",
-        "fix pull all gravity 9.81 vector 0 -1 0",
+        "fix move moving nve/sphere",
+        f"fix pull all gravity {pull!r} vector {towards}",
+        "fix still fixed freeze",
     ]
     for axis, name in enumerate("xyz"):
+        if periodic[axis] or bed["fixed"]:
+            continue
         top = "NULL" if name == "y" else repr(high[axis])
         after.append(f"fix wall_{name} all wall/gran hooke/history {law} 1 {name}plane {low[axis]!r} {top}")
     after += [
@@ -63,7 +74,8 @@ def run(lammps: Callable[..., Any], bed: dict[str, Any], places: list[float], st
     for command in before:
         engine.command(command)
     count = len(places) // 6
-    made = engine.create_atoms(count, None, [1] * count, places[: 3 * count], places[3 * count :])
+    kinds = [2] * bed["fixed"] + [1] * (count - bed["fixed"])
+    made = engine.create_atoms(count, None, kinds, places[: 3 * count], places[3 * count :])
     if made != count:
         raise RuntimeError(f"LAMMPS made {made} of {count} grains")
     for command in after:

@@ -69,7 +69,7 @@ void NearPairs::find(TouchTask task, float reach, const std::vector<std::size_t>
   courses_.resize(task.places);
   task.courses = courses_.data();
   const std::uint32_t* const listed = task.begin;
-  const std::size_t room = listed[task.places] + 2 * particles::kPadding;
+  const std::size_t room = listed[task.places] + (parts.size() + 1) * particles::kPadding;
   for (std::vector<std::uint32_t>* column : {&links_.first, &links_.second, &links_.pair}) column->resize(room);
   task.first = links_.first.data();
   task.second = links_.second.data();
@@ -86,11 +86,13 @@ void NearPairs::find(TouchTask task, float reach, const std::vector<std::size_t>
     TouchTask range = task;
     range.from = listed[parts[part]];
     range.to = listed[parts[part + 1]];
+    // Whole vectors are stored, also behind the last pair of a part: it must not reach the next part's.
+    for (std::uint32_t** column : {&range.first, &range.second, &range.pair}) *column += part * particles::kPadding;
     found[part] = kernels_->find_near(range);
   });
   count_ = 0;
   for (std::size_t part = 0; part < found.size(); ++part) {
-    const std::uint32_t from = listed[parts[part]];
+    const std::size_t from = listed[parts[part]] + part * particles::kPadding;
     for (std::vector<std::uint32_t>* column : {&links_.first, &links_.second, &links_.pair})
       std::copy_n(column->begin() + from, found[part], column->begin() + count_);
     count_ += found[part];

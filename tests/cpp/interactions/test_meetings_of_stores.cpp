@@ -65,12 +65,14 @@ Action fluid() {
 struct Met {
   interactions::Scratch scratch;
   interactions::Meeting meeting;
+  particles::Periods none;
 
   Met(const Action& action, std::uint32_t now, Store& first, Store* second = nullptr) {
     meeting.count = second == nullptr ? 1 : 2;
     for (interactions::Side& side : meeting.sides) side.action = &action;
     meeting.sides[0].store = &first;
     meeting.sides[1].store = second;
+    meeting.periods = &none;
     meeting.step.number = now;
     meeting.step.dt = kDt;
     meeting.scratch = &scratch;

@@ -9,7 +9,8 @@
 //   gravitate                 Sweeping     -+
 //     with far="cells"        ByCells      ---> cell list; far cells of a pyramid --------> pull.h
 //   pairs                     Calling      ---> cell list --------------------------------> the script's function
-//   contact                   Touching     -+-> neighbour list of spheres, and walls -----> law_contact.h, wall_lanes.h
+//   contact                   Touching     -+-> neighbour list of spheres, of these the
+//                                           |   near pairs, and walls --------------------> touch_lanes.h, wall_lanes.h
 //     of clumps                            -+     (clumps: expanded, then summed: clump_lanes.h)
 //   interact                  Scripted     ---> neighbour list ---------------------------> law_interact.h, formulas
 //   tie                       Tying        ---> the ties' ends, at any distance ----------> kinds/tying.cpp

@@ -1,6 +1,7 @@
 // sphere: shaded by the sun and the sky, round in depth.
 #pragma once
 
+#include "image/light/surface_lanes.h"
 #include "image/raster/wide_sprite.h"
 
 namespace motes::MOTES_ISA {
@@ -130,6 +131,121 @@ struct Sphere {
       light += part * (mean_shade + (shade(along, across) - mean_shade) * own);
     };
     return {cover_blurred(p, add), light};
+  }
+};
+
+/// A sphere whose light has a colour: a lit one, or one that is seen through fog.
+struct LitSphere : Sphere {
+  static constexpr int kPlanes = 4;
+
+  const image::SurfaceLight& light;
+  Floats3 own;        // its colour
+  Float3 middle;      // direction to its centre, whose depth is 1 m
+  float depth, per;   // of its centre, m; width of a pixel at a depth of 1 m, m
+
+  MOTES_INLINE LitSphere(const image::WideSplat& t, const WideSprite& sprite)
+      : Sphere(t, sprite), light(*t.light), own(color_times(s.color, s.gain)), per(t.radius) {
+    s.color |= 0xffffffu;
+    const Float3 place = place_of(t, s);
+    depth = -place.z;
+    middle = times(place, 1 / depth);
+  }
+  MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * s.light; }
+  MOTES_INLINE float usual_sum() const {
+    return (blur > 0 ? blurred_area() * s.light : total() * finer) * kPixelWeight;
+  }
+  static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
+
+  MOTES_OUTLINE void weigh(Patch<4>& p) const {
+    const LitSphere kind = *this;  // no store to the patch can change it
+    for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
+      Floats3 shown;
+      const Floats cover = kind.glow(x - kind.s.x, y - kind.s.y, shown);
+      const int at = in_part.number(p);
+      store_narrow(p.cover + at, weight_of(cover));
+      store_thirds(p.light + 3 * at, weight_of(cover * shown.x), weight_of(cover * shown.y),
+                   weight_of(cover * shown.z));
+    });
+  }
+
+  /// `shows`: tells which pixels to shade, of those that it covers, given how much nearer than its centre they are.
+  template <class Shows>
+  MOTES_INLINE Front front(Floats x, Floats y, const Shows& shows) const {
+    const Beside p = beside(s, x, y);
+    const Floats along = p.along - clamp(p.along, -half, half);
+    const Floats under = 1.0f - (along * along + p.across * p.across);
+    const Floats nearer = sqrt(max(under, Floats{})) * s.radius;
+    const Mask covered = (under > 0.0f) & shows(under > 0.0f, nearer);
+    if (!any(covered)) return {covered, Uints{}, Floats{}};
+    return {covered, surface_of(shown(along, p.across)), nearer};
+  }
+
+ private:
+  static constexpr int kSteps = 6;
+
+  /// Returns the light at a position on the sphere, along and across the streak, in radii.
+  MOTES_INLINE Floats3 shown(Floats along, Floats across) const {
+    const float wide = s.radius * per, radius = wide * depth;
+    const Floats x = (along * s.along_x - across * s.along_y) * wide,
+                 y = (along * s.along_y + across * s.along_x) * wide;
+    // Where the ray through the pixel meets the sphere: `aside` leads from the centre to the ray, at right angles to
+    // it.
+    const Floats3 ray{x + middle.x, middle.y - y, all(middle.z)};
+    const Floats square = dot(ray, ray);
+    const Floats back = (ray.x * x - ray.y * y) / square;
+    const Floats3 aside{(x - ray.x * back) * depth, (-y - ray.y * back) * depth, ray.z * back * -depth};
+    const Floats ahead = sqrt(max(radius * radius - dot(aside, aside), Floats{}) / square);
+    const Floats3 out = aside - ray * ahead;
+    const Floats3 normal = out * (1.0f / sqrt(max(dot(out, out), all(1e-30f))));
+    const Floats3 place = all3(middle) * depth + normal * radius;
+    Floats3 arriving;
+    if (light.lit) {
+      arriving = light_on(light, {place, normal});
+    } else {
+      const Floats grey = shade(along, across);
+      arriving = {grey, grey, grey};
+    }
+    return through_fog(light, {own.x * arriving.x, own.y * arriving.y, own.z * arriving.z}, place);
+  }
+
+  /// Returns the covered part of pixels, and in `light` that of the sphere there, at most white.
+  MOTES_INLINE Floats glow(Floats x, Floats y, Floats3& mean) const {
+    const Beside p = beside(s, x, y);
+    if (blur > 0) return blurred(p, mean);
+    if (!(half > 0)) {
+      const Floats distance = sqrt(p.along * p.along + p.across * p.across);
+      const Floats cover = clamp((1.0f - distance) * s.radius + 0.5f, 0, 1) * s.light;
+      // At the rim, show the middle of the covered part of the pixel.
+      const float edge = 0.5f / s.radius;
+      const Floats to = select(distance > 1.0f - edge, (distance + (1.0f - edge)) * 0.5f, distance);
+      const Floats part = to / max(distance, all(1e-12f));
+      mean = any(cover > 0.0f) ? at_most_white(shown(p.along * part, p.across * part)) : Floats3{};
+      return cover;
+    }
+    const Chord c = chord(p, half);
+    const Floats length = max(c.last - c.first, Floats{});
+    mean = Floats3{};
+    for (int i = 0; i < kSteps && any(length > 0.0f); ++i) {
+      const Floats along = c.first + length * ((static_cast<float>(i) + 0.5f) / kSteps);
+      mean = mean + at_most_white(shown(along, p.across)) * (1.0f / kSteps);
+    }
+    return length * (0.5f / half * s.light * finer);
+  }
+
+  MOTES_INLINE Floats blurred(Beside p, Floats3& mean) const {
+    constexpr float kAside = 0.6f;  // from the middle, radii
+    const Floats3 all_around = at_most_white(shown(Floats{}, Floats{})) + at_most_white(shown(all(kAside), Floats{})) +
+                               at_most_white(shown(all(-kAside), Floats{})) +
+                               at_most_white(shown(Floats{}, all(kAside))) +
+                               at_most_white(shown(Floats{}, all(-kAside)));
+    const Floats3 usual = all_around * 0.2f;
+    Floats3 sum{};
+    const auto add = [&](Floats part, float own, Floats along, Floats across) __attribute__((always_inline)) {
+      sum = sum + (usual + (at_most_white(shown(along, across)) - usual) * own) * part;
+    };
+    const Floats cover = cover_blurred(p, add);
+    mean = sum * (1.0f / max(cover, all(1e-12f)));
+    return cover;
   }
 };
 

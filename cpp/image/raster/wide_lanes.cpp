@@ -8,7 +8,6 @@
 #include "image/raster/disc_lanes.h"
 #include "image/raster/exposed_lanes.h"
 #include "image/raster/image_stamp_lanes.h"
-#include "image/raster/lit_sphere.h"
 #include "image/raster/stamp_lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -406,23 +405,6 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
   keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
 }
 
-// Returns the lanes of a vector of a part whose pixels lie in the tile and have no nearer surface.
-MOTES_INLINE Mask may_show(const TilePlanes& tile, const PatchPart& part, const InPart& at, Mask there, Floats depth) {
-  Mask shows{};
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    if (there[lane] == 0) continue;
-    const int row = at.row + static_cast<int>(lane) / kStrip;
-    const int column = part.start[row] + at.strip * kStrip + at.first + static_cast<int>(lane) % kStrip;
-    if (row >= part.rows || column < 0 || column >= image::kTile) continue;
-    std::uint32_t bits;
-    const float here = depth[lane];
-    __builtin_memcpy(&bits, &here, sizeof bits);
-    const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(part.first + row) * kPixelStride + column;
-    shows[lane] = bits <= tile.surfaces[pixel] >> 32 ? -1 : 0;
-  }
-  return shows;
-}
-
 // Draws opaque sprites that know their depth at each pixel.
 template <class Kind>
 void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
@@ -493,8 +475,8 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
 
 template <class Kind>
 void exposed_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.own<image::MeshSplat>().colors != nullptr) return exposed_wide<ColoredMesh>(tile, task, records, count);
+  if constexpr (!std::is_same_v<Kind, Colored<Kind>>) {
+    if (has_colors<Kind>(task)) return exposed_wide<Colored<Kind>>(tile, task, records, count);
   }
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
     expose_all<Kind>(task, sprite_from(task, records));

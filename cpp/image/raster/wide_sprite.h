@@ -155,6 +155,24 @@ struct InPart {
   MOTES_INLINE int number(const PatchPart& p) const { return kStrip * (strip * p.stride + row) + first; }
 };
 
+/// Returns the lanes of a vector of a part whose pixels lie in the tile and have no nearer surface.
+MOTES_INLINE Mask may_show(const image::TilePlanes& tile, const PatchPart& part, const InPart& at, Mask there,
+                           Floats depth) {
+  Mask shows{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (there[lane] == 0) continue;
+    const int row = at.row + static_cast<int>(lane) / kStrip;
+    const int column = part.start[row] + at.strip * kStrip + at.first + static_cast<int>(lane) % kStrip;
+    if (row >= part.rows || column < 0 || column >= image::kTile) continue;
+    std::uint32_t bits;
+    const float here = depth[lane];
+    __builtin_memcpy(&bits, &here, sizeof bits);
+    const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(part.first + row) * image::kPixelStride + column;
+    shows[lane] = bits <= tile.surfaces[pixel] >> 32 ? -1 : 0;
+  }
+  return shows;
+}
+
 /// Calls use(x, y, in_part) for all vectors of pixels of a part, with their positions in the tile and in the part.
 template <class Use>
 MOTES_INLINE void for_each_vector(const PatchPart& p, const Use& use) {

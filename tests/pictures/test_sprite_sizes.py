@@ -92,8 +92,9 @@ def test_an_opaque_image_covers_its_way_for_a_part_of_the_time(streak):
     light = a_picture_of(image, streak=streak).sum(0, dtype=float)
     middle = slice(WIDTH // 2 - min(150, streak // 4), WIDTH // 2 + min(150, streak // 4))
     assert light[middle].mean() == pytest.approx(64 / streak, rel=0.1)
-    inner = a_picture_of(image, streak=streak, width=WIDTH // 2)
-    assert np.array_equal(inner, a_picture_of(image, streak=streak)[:, WIDTH // 4 : -WIDTH // 4])
+    if streak < WIDTH:  # longer ones are cut where they leave the picture
+        inner = a_picture_of(image, streak=streak, width=WIDTH // 2)
+        assert np.array_equal(inner, a_picture_of(image, streak=streak)[:, WIDTH // 4 : -WIDTH // 4])
 
 
 @pytest.mark.parametrize("pixels", [2, 3, 5, 12, 40])

@@ -11,8 +11,8 @@
 
 #include "base/fields.h"
 #include "image/camera.h"
-#include "image/daylight.h"
 #include "image/footprint.h"
+#include "image/light/daylight.h"
 #include "image/mesh_corners.h"
 
 namespace motes::image {

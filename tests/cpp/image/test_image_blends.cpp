@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "image/camera.h"
-#include "image/daylight.h"
+#include "image/light/daylight.h"
 #include "image/test_image_painter_scene.h"
 #include "support/check.h"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "image/daylight.h"
+#include "image/light/daylight.h"
 #include "image/raster/splat_lanes.h"
 #include "image/raycast/scenery.h"
 #include "image/test_image_scene.h"

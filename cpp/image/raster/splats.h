@@ -5,7 +5,6 @@
 
 #include "image/grid.h"
 #include "image/layout.h"
-#include "image/raster/cover.h"
 #include "image/raster/image_levels.h"
 #include "image/raster/stamps.h"
 

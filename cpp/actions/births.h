@@ -7,21 +7,23 @@
 
 namespace motes::MOTES_ISA {
 
-MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
-  const Floats3 first = all3(d.first);
-  Floats3 second = all3(d.second);
+MOTES_INLINE Floats3 draw_one(const actions::distributions::Uniform& uniform, Draws& draws) {
+  const Floats3 low = all3(uniform.low), span = all3(uniform.high) - low;
+  const Uints4 w = draws.bits();
+  Floats3 n{unit(w.a), unit(w.b), unit(w.c)};
+  if (uniform.alike) n = {n.x, n.x, n.x};
+  return low + Floats3{span.x * n.x, span.y * n.y, span.z * n.z};
+}
+
+MOTES_INLINE Floats3 draw_one(const actions::distributions::Normal& normal, Draws& draws) {
+  const Floats3 sigma = all3(normal.sigma);
   const Uints4 w = draws.bits();
   Floats3 n{};
-  if (d.kind == actions::Distribution::Kind::uniform) {
-    n = {unit(w.a), unit(w.b), unit(w.c)};
-    second = second - first;
-  } else {
-    Floats unused;
-    normal_pair(w.a, w.b, n.x, n.y);
-    normal_pair(w.c, w.d, n.z, unused);
-  }
-  if (d.alike) n = {n.x, n.x, n.x};
-  return first + Floats3{second.x * n.x, second.y * n.y, second.z * n.z};
+  Floats unused;
+  normal_pair(w.a, w.b, n.x, n.y);
+  normal_pair(w.c, w.d, n.z, unused);
+  if (normal.alike) n = {n.x, n.x, n.x};
+  return all3(normal.mean) + Floats3{sigma.x * n.x, sigma.y * n.y, sigma.z * n.z};
 }
 
 template <class Sample>
@@ -49,35 +51,30 @@ inline void draw_rotations(const actions::Step& s, const particles::Ids& ids, st
   });
 }
 
-// Draws the normal or colour of the mesh d.shape at the points where the same draws placed the particles.
-inline void draw_on_surface(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids,
-                            std::size_t count, float* const* planes, int width) {
-  const MeshLanes mesh = MeshLanes::from(d.shape);
-  if (d.kind == actions::Distribution::Kind::surface_color) {
-    fill(s, ids, count, planes, width,
-         [&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_color(draws); });
-  } else {
-    fill(s, ids, count, planes, width,
-         [&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_normal(draws) * d.first[0]; });
-  }
-}
-
-inline void draw(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids, std::size_t count,
-                 float* const* planes, int width) {
-  using Kind = actions::Distribution::Kind;
-  if (d.kind == Kind::rotation) {
+inline void draw(const actions::Distribution& distribution, const shapes::Shape* birthplace, const actions::Step& s,
+                 const particles::Ids& ids, std::size_t count, float* const* planes, int width) {
+  using namespace actions::distributions;
+  const auto fill_by = [&](const auto& sample)
+                           __attribute__((always_inline)) { fill(s, ids, count, planes, width, sample); };
+  if (std::holds_alternative<AnyRotation>(distribution)) {
     draw_rotations(s, ids, count, planes);
-  } else if (d.kind == Kind::value) {
-    fill(s, ids, count, planes, width, [&](Draws&) __attribute__((always_inline)) { return all3(d.first); });
-  } else if (d.of_surface()) {
-    draw_on_surface(d, s, ids, count, planes, width);
-  } else if (d.kind == Kind::shape) {
-    visit(d.shape, [&](const auto& shape) __attribute__((always_inline)) {
-      fill(s, ids, count, planes, width,
-           [&](Draws& draws) __attribute__((always_inline)) { return shape.sample(draws); });
+  } else if (const auto* value = std::get_if<Value>(&distribution)) {
+    fill_by([&](Draws&) __attribute__((always_inline)) { return all3(value->number); });
+  } else if (const auto* in = std::get_if<InShape>(&distribution)) {
+    visit(in->shape, [&](const auto& shape) __attribute__((always_inline)) {
+      fill_by([&](Draws& draws) __attribute__((always_inline)) { return shape.sample(draws); });
     });
-  } else {
-    fill(s, ids, count, planes, width, [&](Draws& draws) __attribute__((always_inline)) { return draw_one(d, draws); });
+  } else if (const auto* uniform = std::get_if<Uniform>(&distribution)) {
+    fill_by([&](Draws& draws) __attribute__((always_inline)) { return draw_one(*uniform, draws); });
+  } else if (const auto* normal = std::get_if<Normal>(&distribution)) {
+    fill_by([&](Draws& draws) __attribute__((always_inline)) { return draw_one(*normal, draws); });
+  } else {  // of the surface, at the points where the same draws placed the particles
+    const MeshLanes mesh = MeshLanes::from(*birthplace);
+    if (const auto* along = std::get_if<AlongNormal>(&distribution)) {
+      fill_by([&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_normal(draws) * along->length; });
+    } else {
+      fill_by([&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_color(draws); });
+    }
   }
 }
 

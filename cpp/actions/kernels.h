@@ -6,29 +6,9 @@
 
 #include "actions/action.h"
 #include "actions/block.h"
+#include "actions/distribution.h"
 
 namespace motes::actions {
-
-/// The distribution of an attribute of newborn particles (API: System.configure): a value, a shape, Uniform or Normal;
-/// `rotation`: uniformly distributed orientations; `along_normal`, `surface_color`: the mesh's normal times first[0],
-/// or its colour, at the place of birth.
-struct Distribution {
-  enum class Kind : std::uint8_t { value, shape, uniform, normal, rotation, along_normal, surface_color };
-  Kind kind = Kind::value;
-  bool alike = false;    // uniform, normal: one draw for all components, if scalars were given for a vector
-  float first[4] = {};   // the value | lo | mean | the length along the normal
-  float second[4] = {};  //           | hi | sigma
-  shapes::Shape shape;   // kind shape: attributes of three numbers only
-
-  bool of_surface() const { return kind == Kind::along_normal || kind == Kind::surface_color; }
-
-  bool operator==(const Distribution&) const = default;
-};
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Distribution& distribution) {
-  visit(distribution.kind, distribution.alike, distribution.first, distribution.second, distribution.shape);
-}
 
 /// Particles with low <= x < high stay.
 struct Band {
@@ -45,9 +25,9 @@ struct Kernels {
                    float time, float* stack);
 
   /// Draws an attribute of `width` (1, 3 or 4) numbers for `count` particles into planes with room for whole vectors.
-  /// step.stream selects the stream.
-  void (*draw)(const Distribution&, const Step&, const particles::Ids&, std::size_t count, float* const* planes,
-               int width);
+  /// step.stream selects the stream. `birthplace`: the mesh whose surface gives normals and colours; else unused.
+  void (*draw)(const Distribution&, const shapes::Shape* birthplace, const Step&, const particles::Ids&,
+               std::size_t count, float* const* planes, int width);
 
   /// Jitters births, as if a random fraction u of the step had passed: x += v u dt, age += u dt.
   void (*jitter)(const Block&, const Step&);

@@ -404,6 +404,8 @@ void bind_engine(py::module_& m) {
       .def("finish", &Engine::finish, Release())
       .def("secure", &secure, py::arg("first") = py::none())
       .def("tell", &tell, py::arg("say"))
+      .def(
+          "pass_camera", [](Engine& e, const image::View& view) { e.pass_camera(view.camera); }, py::arg("view"))
       .def("run_frame", &Engine::run_frame, py::arg("view"), py::arg("argument") = "", Release())
       .def("redraw", &Engine::redraw, py::arg("view"), py::arg("argument") = "", Release())
       .def("on_orders", &on_orders)
@@ -427,7 +429,7 @@ void bind_engine(py::module_& m) {
       .def("record_spawn", [](Engine& e, int system, const recording::Spawn& spawn) { e.record(system, spawn); })
       .def("on_callback", &on_callback)
       .def("keep_lists", &Engine::keep_lists, py::arg("compute"))
-      .def_property_readonly("kept", [](const Engine& e) { return e.kept_lists().size(); })
+      .def_property_readonly("recorded_frames", [](const Engine& e) { return e.kept_lists().size(); })
       .def("scene_bytes", &scene_bytes, py::arg("facts"))
       .def_property_readonly("frame", &Engine::frame)
       .def_property_readonly(

@@ -20,7 +20,7 @@ py::tuple cast_of(const roles::Cast& cast) {
   return py::make_tuple(cast.manager, cast.image_generator, cast.calculators);
 }
 
-py::dict told(const Loss& loss) {
+py::dict facts_of(const Loss& loss) {
   py::dict d;
   d["survivors"] = loss.survivors;
   d["lost"] = loss.lost;
@@ -35,9 +35,9 @@ void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
   bystander.watch = engine.session().comm().watch();
   bystander.regroup = [side](const Loss& loss) {
     const py::gil_scoped_acquire gil;
-    const py::object said = side->attr("regroup")(told(loss));
-    if (said.is_none()) throw comm::RankLost(-1);  // another rank was lost meanwhile
-    return said.cast<std::string>();
+    const py::object answer = side->attr("regroup")(facts_of(loss));
+    if (answer.is_none()) throw comm::RankLost(-1);  // another rank was lost meanwhile
+    return answer.cast<std::string>();
   };
   bystander.unsaved_from = [side](const Loss&) {
     const py::gil_scoped_acquire gil;

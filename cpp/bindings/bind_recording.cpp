@@ -12,6 +12,8 @@
 #include "recording/record.h"
 #include "simd/float_mode.h"
 
+PYBIND11_MAKE_OPAQUE(motes::actions::Distribution)  // a class of its own, not one of its alternatives
+
 namespace motes::bindings {
 namespace {
 
@@ -19,21 +21,42 @@ using actions::Action;
 using actions::Distribution;
 using State = std::vector<std::pair<int, Distribution>>;
 
-Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second,
-                     bool alike = false) {
+namespace distributions = actions::distributions;
+
+template <std::size_t N>
+void set(float (&numbers)[N], const std::vector<double>& values) {
   const simd::FloatMode mode;  // keeps denormal numbers
-  Distribution d;
-  d.kind = kind;
+  for (std::size_t i = 0; i < values.size() && i < N; ++i) numbers[i] = static_cast<float>(values[i]);
+}
+
+distributions::Value value_of(const std::vector<double>& numbers) {
+  distributions::Value value;
+  set(value.number, numbers);
+  return value;
+}
+
+distributions::Uniform uniform(const std::vector<double>& lo, const std::vector<double>& hi, bool alike) {
+  distributions::Uniform d;
+  set(d.low, lo);
+  set(d.high, hi);
   d.alike = alike;
-  for (std::size_t i = 0; i < first.size() && i < 4; ++i) d.first[i] = static_cast<float>(first[i]);
-  for (std::size_t i = 0; i < second.size() && i < 4; ++i) d.second[i] = static_cast<float>(second[i]);
+  return d;
+}
+
+distributions::Normal normal(const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) {
+  distributions::Normal d;
+  set(d.mean, mean);
+  set(d.sigma, sigma);
+  d.alike = alike;
   return d;
 }
 
 // Writes a distribution with its meshes, which another process may not have.
 py::bytes bytes_of(const Distribution& distribution) {
   base::Bytes bytes;
-  const std::vector<meshes::AssetKey> meshes = shapes::meshes_of(distribution.shape);
+  const auto* in = std::get_if<distributions::InShape>(&distribution);
+  const std::vector<meshes::AssetKey> meshes =
+      in == nullptr ? std::vector<meshes::AssetKey>() : shapes::meshes_of(in->shape);
   meshes::write_assets({meshes.begin(), meshes.end()}, bytes);
   base::write_fields(distribution, bytes);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -46,19 +69,6 @@ Distribution from_bytes(const py::bytes& text) {
   Distribution distribution;
   base::read_fields(in, distribution);
   return distribution;
-}
-
-Distribution in_shape(const shapes::Shape& shape) {
-  Distribution d;
-  d.kind = Distribution::Kind::shape;
-  d.shape = shape;
-  return d;
-}
-
-Distribution any_rotation() {
-  Distribution d;
-  d.kind = Distribution::Kind::rotation;
-  return d;
 }
 
 std::vector<recording::Given> given(const State& state) {
@@ -274,25 +284,26 @@ void bind_recording(py::module_& m) {
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });
   py::class_<Distribution>(m, "Distribution")
-      .def_static("value", [](const std::vector<double>& v) { return pair_of(Distribution::Kind::value, v, {}); })
-      .def_static("shape", &in_shape)
+      .def_static("value", [](const std::vector<double>& v) -> Distribution { return value_of(v); })
+      .def_static("shape", [](const shapes::Shape& shape) -> Distribution { return distributions::InShape{shape}; })
       .def_static(
           "uniform",
-          [](const std::vector<double>& lo, const std::vector<double>& hi, bool alike) {
-            return pair_of(Distribution::Kind::uniform, lo, hi, alike);
+          [](const std::vector<double>& lo, const std::vector<double>& hi, bool alike) -> Distribution {
+            return uniform(lo, hi, alike);
           },
           py::arg("lo"), py::arg("hi"), py::arg("alike") = false)
       .def_static(
           "normal",
-          [](const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) {
-            return pair_of(Distribution::Kind::normal, mean, sigma, alike);
+          [](const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) -> Distribution {
+            return normal(mean, sigma, alike);
           },
           py::arg("mean"), py::arg("sigma"), py::arg("alike") = false)
-      .def_static("rotation", &any_rotation)
+      .def_static("rotation", []() -> Distribution { return distributions::AnyRotation{}; })
       .def_static(
-          "along_normal", [](double length) { return pair_of(Distribution::Kind::along_normal, {length}, {}); },
+          "along_normal",
+          [](double length) -> Distribution { return distributions::AlongNormal{static_cast<float>(length)}; },
           py::arg("length"))
-      .def_static("surface_color", [] { return pair_of(Distribution::Kind::surface_color, {}, {}); })
+      .def_static("surface_color", []() -> Distribution { return distributions::SurfaceColor{}; })
       .def("to_bytes", &bytes_of)
       .def_static("from_bytes", &from_bytes);
   py::class_<recording::Source>(m, "Source")

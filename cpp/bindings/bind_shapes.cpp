@@ -70,12 +70,10 @@ py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
   const particles::IdList ids(numbers);
   std::vector<std::vector<float>> planes(3, std::vector<float>(n + particles::kPadding));
   float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
-  actions::Distribution d;
-  d.kind = actions::Distribution::Kind::shape;
-  d.shape = shape;
+  const actions::distributions::InShape d{shape};
   particles::DrawKeys draws;
   const particles::Key key = particles::system_key(seed, 0);
-  actions::kernels().draw(d, {0, 0, particles::user_sample, key, 0, &draws}, ids, n, into, 3);
+  actions::kernels().draw(d, nullptr, {0, 0, particles::user_sample, key, 0, &draws}, ids, n, into, 3);
   std::vector<float> rows(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t c = 0; c < 3; ++c) rows[3 * i + c] = planes[c][i];

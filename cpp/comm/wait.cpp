@@ -58,7 +58,7 @@ void Wait::warn(int for_rank, const Life& life) const {
   } else if (life.state == Life::State::unknown) {
     rest = "it waits for " + whole(kUnknown * warn_s_) + " s in total (MOTES_STALL_S=seconds changes the limit)";
   }
-  watch_.warn(told(for_rank) + "; " + text_of(life) + ", so " + rest);
+  watch_.warn(message(for_rank) + "; " + text_of(life) + ", so " + rest);
 }
 
 void Wait::give_up(int for_rank, const Life& life) const {
@@ -69,10 +69,10 @@ void Wait::give_up(int for_rank, const Life& life) const {
   } else if (life.state == Life::State::unknown) {
     why += "; increase the limit, by default MOTES_STALL_S=" + whole(kUnknown * watch_.warn_s);
   }
-  throw Stalled(for_rank, told(for_rank) + " (" + why + ")");
+  throw Stalled(for_rank, message(for_rank) + " (" + why + ")");
 }
 
-std::string Wait::told(int for_rank) const {
+std::string Wait::message(int for_rank) const {
   const std::string whom = for_rank < 0 ? "other ranks" : watch_.name(for_rank);
   return watch_.name(self_) + " waited " + whole(waited_s_) + " s for " + whom + ": " + purpose_;
 }

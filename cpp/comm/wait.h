@@ -53,7 +53,7 @@ class Wait {
  private:
   void warn(int for_rank, const Life& life) const;
   [[noreturn]] void give_up(int for_rank, const Life& life) const;
-  std::string told(int for_rank) const;
+  std::string message(int for_rank) const;
 
   const Watch& watch_;
   int self_;

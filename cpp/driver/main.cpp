@@ -17,7 +17,7 @@
 #include "comm/environment.h"
 #include "comm/last_words.h"
 #include "comm/mpi_transport.h"
-#include "driver/asked.h"
+#include "driver/piped_policy.h"
 #include "driver/files.h"
 #include "driver/options.h"
 #include "driver/run_file.h"
@@ -124,7 +124,7 @@ class Player {
   // defines.
   balance::PolicyPtr policy() const {
     const std::string own = opened_.scene.fact("balancer");
-    if (!options_.ask.empty()) return asked(options_.ask);
+    if (!options_.ask.empty()) return open_piped_policy(options_.ask);
     if (!options_.balancer.empty()) return balance::policy_named(options_.balancer);
     try {
       return balance::policy_named(own.empty() ? "Static" : own);

@@ -154,7 +154,7 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --path WAY            which ranks draw, instead of the scene's path: auto, gather, tiles or composite
   --spans               with --log: also write a timeline of each rank
   --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
-  --ask DIR             a balancer in another program, which answers over pipes in this directory (cpp/driver/asked.h)
+  --ask DIR             a balancer in another program, which answers over pipes in this directory (cpp/driver/piped_policy.h)
   --combine WAY         instead of the scene's: one_by_one, together or overlapped
   --births WHO          who creates particles: manager (and sends them to their owners), calculators (each a part), or
                         auto: the faster of the two in each frame

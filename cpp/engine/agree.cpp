@@ -25,7 +25,7 @@ CalculatorLoad own_load(const Population& here) {
   load.at_start = counted(here.tally.at_start);
   load.created = counted(here.tally.created);
   load.killed = counted(here.tally.killed);
-  load.kept = counted(here.seen());
+  load.stayed = counted(here.seen());
   load.sent = counted(here.tally.sent);
   load.compute_s = here.tally.compute_s;
   load.speed = here.speeds.of(0);

@@ -80,6 +80,9 @@ class Engine {
   /// Returns the result of `say` on every rank, by rank. Collective, between two frames.
   virtual std::vector<std::string> tell(const std::function<std::string()>& say);
 
+  /// Sets the camera of a frame that ends without a picture, so that the next picture's streaks begin there. Call just
+  /// before run_frame(), equally on all ranks.
+  void pass_camera(const image::Camera& camera) { parts_->script.passing = camera; }
   /// Runs the recorded list and ends the frame; with a view, draws a picture. `argument` must be the same on all ranks.
   /// Collective.
   virtual void run_frame(const std::optional<image::View>& view, const std::string& argument = "");

@@ -197,7 +197,9 @@ std::vector<std::string> RecoveringEngine::tell(const std::function<std::string(
 }
 
 void RecoveringEngine::run_frame(const std::optional<image::View>& view, const std::string& argument) {
+  const std::optional<image::Camera> passing = parts_->script.passing;
   const auto now = [&] {
+    parts_->script.passing = passing;  // after a loss, the parts are new
     const std::uint64_t number = this->frame();
     const bool needs = wrote_ || needs_script(parts_->script);
     Engine::run_frame(view, argument);
@@ -423,6 +425,7 @@ void RecoveringEngine::replay_frame(const KeptList& list, const WayBack& way) {
     parts_->script.camera_frame = record.frame;
     parts_->script.camera_before = record.view->before;
   }
+  if (record.camera) pass_camera(*record.camera);
   Engine::run_frame(wanted ? record.view : std::nullopt, record.argument);
   replicas_.at_border(*parts_, parts_->rank.session.all_unsaved_from);
   if (!record.view || !wanted || !parts_->rank.session.draws() || !bystander_.redrawn) return;

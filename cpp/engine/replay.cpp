@@ -45,6 +45,7 @@ void replay(Engine& engine, const recording::Record& list, bool picture) {
                              std::to_string(engine.frame()) + " is expected");
   }
   record_again(engine, list);
+  if (list.camera) engine.pass_camera(*list.camera);
   engine.run_frame(picture ? list.view : std::nullopt);
 }
 

@@ -12,6 +12,7 @@ struct TileLight {
   const std::uint32_t* first = nullptr;
   std::size_t row_lanes = 0;
   int width = 0, height = 0;
+  int x = 0, y = 0;  // place in the picture
 
   const std::uint32_t* row(int y) const { return first + static_cast<std::size_t>(y) * row_lanes; }
 

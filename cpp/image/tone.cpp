@@ -39,8 +39,8 @@ double roll_off(double light) {
   return kKnee + (1 - kKnee) * (1 - 1 / std::sqrt(1 + 2 * over));  // slope 1 at the knee
 }
 
-std::vector<std::uint8_t> tone_table(double exposure) {
-  std::vector<std::uint8_t> table(kToneEntries);
+std::vector<std::uint16_t> tone_table(double exposure) {
+  std::vector<std::uint16_t> table(kToneEntries);
   constexpr int kSteps = 1 << kToneBits;
   double octave = 1;
   for (int i = 0; i < kToneEntries; ++i) {
@@ -48,7 +48,7 @@ std::vector<std::uint8_t> tone_table(double exposure) {
     if (i != 0 && step == 0) octave *= 2;
     const double half_sum = octave * (1 + (step + 0.5) / kSteps);
     const double light = 2 * half_sum / kUnit * exposure;
-    table[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(srgb(roll_off(light)) * 255 + 0.5);
+    table[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(srgb(roll_off(light)) * (255 * 256) + 0.5);
   }
   table[0] = 0;  // pixels without light are black
   return table;

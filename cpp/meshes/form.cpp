@@ -28,7 +28,7 @@ double area_of(const Mesh& mesh, std::size_t first) {
 }
 
 // Everything that a form points to.
-struct Kept {
+struct FormEntry {
   AssetKey mesh = 0;
   int resolution = 0;
   std::vector<float> corners, colors;
@@ -41,19 +41,19 @@ struct Kept {
 };
 
 // Adds a triangle, starting with corner number `turn`.
-void add_triangle(Kept& kept, const Mesh& mesh, std::size_t triangle, std::size_t turn) {
+void add_triangle(FormEntry& entry, const Mesh& mesh, std::size_t triangle, std::size_t turn) {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t vertex = 3 * std::size_t{mesh.triangles[triangle + (turn + k) % 3]};
     const auto add = [vertex](const std::vector<float>& of, std::vector<float>& to) {
       if (!of.empty()) to.insert(to.end(), of.data() + vertex, of.data() + vertex + 3);
     };
-    add(mesh.vertices, kept.corners);
-    add(mesh.colors, kept.colors);
+    add(mesh.vertices, entry.corners);
+    add(mesh.colors, entry.colors);
   }
 }
 
-void set_surface(Kept& kept, const Mesh& mesh) {
-  MeshForm& form = kept.form;
+void set_surface(FormEntry& entry, const Mesh& mesh) {
+  MeshForm& form = entry.form;
   std::vector<double> sums;
   double sum = 0;
   form.uneven = !mesh.density.empty();
@@ -65,20 +65,20 @@ void set_surface(Kept& kept, const Mesh& mesh) {
       const double births = form.uneven ? area * mesh.density[mesh.triangles[first + k]] : area;
       if (!(births > 0)) continue;
       sums.push_back(sum += births);
-      add_triangle(kept, mesh, first, k);
+      add_triangle(entry, mesh, first, k);
     }
   }
-  for (const double upto : sums) kept.upto.push_back(static_cast<std::uint32_t>(upto / sum * 0xffffffffu));
-  if (!kept.upto.empty()) kept.upto.back() = 0xffffffffu;
-  form.corners = kept.corners.data();
-  form.colors = kept.colors.empty() ? nullptr : kept.colors.data();
-  form.upto = kept.upto.data();
-  form.triangles = static_cast<std::uint32_t>(kept.upto.size());
+  for (const double upto : sums) entry.upto.push_back(static_cast<std::uint32_t>(upto / sum * 0xffffffffu));
+  if (!entry.upto.empty()) entry.upto.back() = 0xffffffffu;
+  form.corners = entry.corners.data();
+  form.colors = entry.colors.empty() ? nullptr : entry.colors.data();
+  form.upto = entry.upto.data();
+  form.triangles = static_cast<std::uint32_t>(entry.upto.size());
 }
 
-void set_volume(Kept& kept, const Mesh& mesh) {
-  kept.form.volume = std::fabs(volume(weld(mesh)));
-  kept.has_volume = true;
+void set_volume(FormEntry& entry, const Mesh& mesh) {
+  entry.form.volume = std::fabs(volume(weld(mesh)));
+  entry.has_volume = true;
 }
 
 // Returns how many threads of this process may run at once. Ranks of one host that build at the same time share its
@@ -89,26 +89,26 @@ int threads_for_building() {
   return std::clamp(known ? CPU_COUNT(&allowed) : 1, 1, 16);
 }
 
-void set_inside(Kept& kept) {
-  const Surface surface = weld(*mesh(kept.mesh));
+void set_inside(FormEntry& entry) {
+  const Surface surface = weld(*mesh(entry.mesh));
   const std::string wrong = opening(surface);
   if (!wrong.empty()) {
     throw base::InvalidArgument("its surface", "be closed, to have an inside", wrong, "Mesh");
   }
   try {
     threads::Pool pool(threads_for_building());
-    kept.grid = distance_grid(surface, kept.resolution, pool);
+    entry.grid = distance_grid(surface, entry.resolution, pool);
   } catch (const threads::NoThread&) {
-    kept.grid = distance_grid(surface, kept.resolution, threads::alone());
+    entry.grid = distance_grid(surface, entry.resolution, threads::alone());
   }
-  kept.cells = inner_cells(kept.grid);
-  MeshForm& form = kept.form;
-  std::copy_n(kept.grid.nodes.data(), 3, form.nodes);
-  std::copy_n(kept.grid.low.data(), 3, form.first);
-  form.cell = kept.grid.cell;
-  form.cells = kept.cells.data();
-  form.cell_count = static_cast<std::uint32_t>(kept.cells.size());
-  form.distance = kept.grid.distance.data();
+  entry.cells = inner_cells(entry.grid);
+  MeshForm& form = entry.form;
+  std::copy_n(entry.grid.nodes.data(), 3, form.nodes);
+  std::copy_n(entry.grid.low.data(), 3, form.first);
+  form.cell = entry.grid.cell;
+  form.cells = entry.cells.data();
+  form.cell_count = static_cast<std::uint32_t>(entry.cells.size());
+  form.distance = entry.grid.distance.data();
 }
 
 std::mutex& lock() {
@@ -117,12 +117,12 @@ std::mutex& lock() {
 }
 
 using Name = std::pair<AssetKey, int>;
-std::map<Name, std::unique_ptr<Kept>>& all() {
-  static std::map<Name, std::unique_ptr<Kept>> forms;
+std::map<Name, std::unique_ptr<FormEntry>>& all() {
+  static std::map<Name, std::unique_ptr<FormEntry>> forms;
   return forms;
 }
 
-Kept& kept_of(const MeshForm& form) {
+FormEntry& entry_of(const MeshForm& form) {
   const std::scoped_lock held(lock());
   const auto found =
       std::find_if(all().begin(), all().end(), [&](const auto& entry) { return &entry.second->form == &form; });
@@ -136,24 +136,24 @@ const MeshForm* form_of(AssetKey mesh, int resolution, bool solid) {
   if (resolution < kLeastResolution || resolution > kMostResolution || !has_mesh(mesh)) return nullptr;
   const simd::FloatMode mode;
   const std::scoped_lock held(lock());
-  std::unique_ptr<Kept>& kept = all()[{mesh, resolution}];
-  if (kept == nullptr) {
-    kept = std::make_unique<Kept>();
-    kept->mesh = mesh;
-    kept->resolution = resolution;
-    set_surface(*kept, *meshes::mesh(mesh));
+  std::unique_ptr<FormEntry>& entry = all()[{mesh, resolution}];
+  if (entry == nullptr) {
+    entry = std::make_unique<FormEntry>();
+    entry->mesh = mesh;
+    entry->resolution = resolution;
+    set_surface(*entry, *meshes::mesh(mesh));
   }
-  if (solid && !kept->has_volume) set_volume(*kept, *meshes::mesh(mesh));
-  return &kept->form;
+  if (solid && !entry->has_volume) set_volume(*entry, *meshes::mesh(mesh));
+  return &entry->form;
 }
 
-std::shared_ptr<const Mesh> mesh_of(const MeshForm& form) { return mesh(kept_of(form).mesh); }
+std::shared_ptr<const Mesh> mesh_of(const MeshForm& form) { return mesh(entry_of(form).mesh); }
 
 void need_inside(const MeshForm& form) {
-  Kept& kept = kept_of(form);
+  FormEntry& entry = entry_of(form);
   const simd::FloatMode mode;
-  const std::scoped_lock held(kept.building);
-  if (form.distance == nullptr) set_inside(kept);
+  const std::scoped_lock held(entry.building);
+  if (form.distance == nullptr) set_inside(entry);
 }
 
 }  // namespace motes::meshes

@@ -11,7 +11,7 @@
 namespace motes::recording {
 namespace {
 
-using actions::Distribution;
+namespace distributions = actions::distributions;
 using particles::Store;
 
 constexpr double kMostAtOnce = 4.0e9;
@@ -22,41 +22,67 @@ void check_attribute(int attribute, const particles::Schema& schema) {
   throw base::InvalidArgument("attribute", "be 0.." + std::to_string(schema.size() - 1), std::to_string(attribute));
 }
 
-bool is_zero(const Distribution& d) {
-  return d.kind == Distribution::Kind::value &&
-         std::all_of(std::begin(d.first), std::end(d.first), [](float number) { return number == 0; });
-}
+// Checks what an attribute is drawn from, for each kind of distribution.
+class Check {
+ public:
+  Check(int index, const particles::Attribute& attribute) : index_(index), attribute_(attribute) {}
 
-void check_distribution(const Given& given, const particles::Schema& schema) {
-  check_attribute(given.attribute, schema);
-  const particles::Attribute& attribute = schema[given.attribute];
-  const Distribution& d = given.distribution;
-  const auto refuse = [&](const std::string& rule, const std::string& got = "") {
-    throw base::InvalidArgument(attribute.name, rule, got);
-  };
-  const bool drawn = d.kind == Distribution::Kind::uniform || d.kind == Distribution::Kind::normal;
-  if (d.kind == Distribution::Kind::rotation) {
-    if (given.attribute != particles::orientation) refuse("be numbers: only orientation is drawn from rotations");
-    return;
-  }
-  if (drawn && attribute.width > 3) refuse("be a value, or drawn from all rotations");
-  if (given.attribute == particles::orientation && is_zero(d)) refuse("not be 0");
-  for (int i = 0; i < attribute.width; ++i) {
-    const bool endless = given.attribute == particles::lifetime && d.kind == Distribution::Kind::value;
-    if (!std::isfinite(d.first[i]) && !(endless && d.first[i] > 0)) refuse("be finite");
-    if (drawn && !std::isfinite(d.second[i])) refuse("be finite");
-    if (d.kind == Distribution::Kind::uniform && d.first[i] > d.second[i]) {
-      refuse("be drawn from lo <= hi", std::to_string(d.first[i]) + " > " + std::to_string(d.second[i]));
-    }
-    if (d.kind == Distribution::Kind::normal && d.second[i] < 0) {
-      refuse("have sigma >= 0", std::to_string(d.second[i]));
+  void operator()(const distributions::Value& value) const {
+    const float* first = value.number;
+    const bool zero = std::all_of(first, std::end(value.number), [](float number) { return number == 0; });
+    if (index_ == particles::orientation && zero) refuse("not be 0");
+    for (int i = 0; i < attribute_.width; ++i) {
+      const bool endless = index_ == particles::lifetime && first[i] > 0;
+      if (!std::isfinite(first[i]) && !endless) refuse("be finite");
     }
   }
-  if (d.kind == Distribution::Kind::shape) {
-    if (attribute.width != 3) refuse("be drawn from numbers: a shape gives three");
-    shapes::check(d.shape);
+
+  void operator()(const distributions::InShape& in) const {
+    if (attribute_.width != 3) refuse("be drawn from numbers: a shape gives three");
+    shapes::check(in.shape);
   }
-}
+
+  void operator()(const distributions::Uniform& uniform) const {
+    check_numbers(uniform.low, uniform.high);
+    for (int i = 0; i < attribute_.width; ++i) {
+      if (uniform.low[i] <= uniform.high[i]) continue;
+      refuse("be drawn from lo <= hi", std::to_string(uniform.low[i]) + " > " + std::to_string(uniform.high[i]));
+    }
+  }
+
+  void operator()(const distributions::Normal& normal) const {
+    check_numbers(normal.mean, normal.sigma);
+    for (int i = 0; i < attribute_.width; ++i) {
+      if (normal.sigma[i] < 0) refuse("have sigma >= 0", std::to_string(normal.sigma[i]));
+    }
+  }
+
+  void operator()(const distributions::AnyRotation&) const {
+    if (index_ != particles::orientation) refuse("be numbers: only orientation is drawn from rotations");
+  }
+
+  void operator()(const distributions::AlongNormal& along) const {
+    if (!std::isfinite(along.length)) refuse("be finite");
+  }
+
+  void operator()(const distributions::SurfaceColor&) const {}
+
+ private:
+  [[noreturn]] void refuse(const std::string& rule, const std::string& got = "") const {
+    throw base::InvalidArgument(attribute_.name, rule, got);
+  }
+
+  void check_numbers(const float* first, const float* second) const {
+    if (attribute_.width > 3) refuse("be a value, or drawn from all rotations");
+    const auto finite = [](float number) { return std::isfinite(number); };
+    if (!std::all_of(first, first + attribute_.width, finite) ||
+        !std::all_of(second, second + attribute_.width, finite))
+      refuse("be finite");
+  }
+
+  int index_;
+  const particles::Attribute& attribute_;
+};
 
 // Only births on the surface of a mesh have a normal and a colour there.
 void check_surface(const Given& given, const particles::Schema& schema, const shapes::Shape* shape) {
@@ -68,7 +94,7 @@ void check_surface(const Given& given, const particles::Schema& schema, const sh
   if (!on_mesh) {
     throw base::InvalidArgument(attribute.name, "be taken from a surface only for births on a mesh without solid=True");
   }
-  if (given.distribution.kind == Distribution::Kind::surface_color && shape->form->colors == nullptr) {
+  if (std::holds_alternative<distributions::SurfaceColor>(given.distribution) && shape->form->colors == nullptr) {
     throw base::InvalidArgument(attribute.name,
                                 "be taken from a surface's colors only for births on a mesh with colors=");
   }
@@ -110,15 +136,18 @@ void check_count(std::uint64_t count) {
   throw base::InvalidArgument("count", "be 0..4000000000", std::to_string(count));
 }
 
-void draw_attribute(const Given& given, particles::Key key, Store& into) {
-  const Distribution& d = given.distribution;
+// Draws an attribute. `birthplace`: the mesh on whose surface the particles are born, if the surface gives the
+// attribute.
+void draw_attribute(const Given& given, const shapes::Shape* birthplace, particles::Key key, Store& into) {
   const int width = into.schema()[given.attribute].width;
   float* planes[4] = {};
   for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
-  const int drawn = d.of_surface() ? particles::position : given.attribute;  // the draws that placed the particle
+  const int drawn = actions::of_surface(given.distribution) ? particles::position
+                                                            : given.attribute;  // the draws that placed the particle
   const auto stream = particles::birth_stream(drawn);
   particles::DrawKeys draws;
-  actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
+  actions::kernels().draw(given.distribution, birthplace, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(),
+                          planes, width);
 }
 
 void copy_column(const Emitted& column, std::optional<std::uint64_t> first_of_call, Store& into) {
@@ -145,20 +174,20 @@ void jitter(particles::Key key, float dt, Store& into) {
   actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
-// Draws an attribute of three numbers from a shape that moves during the frame: for each particle on the segment
-// between what the same random numbers draw from the shape `before` and from its present place, as far along as the
-// frame has advanced when the particle is born.
-void draw_moving(const Given& given, const shapes::Shape& before, particles::Key key, const BirthStep& moment,
-                 Store& into) {
-  draw_attribute(given, key, into);
+Given place_in(const shapes::Shape& shape) { return {particles::position, distributions::InShape{shape}}; }
+
+// Draws positions, or what their surface gives, from a shape that moves during the frame: for each particle on the
+// segment between what the same random numbers draw from the shape `before` and from its present place, as far along as
+// the frame has advanced when the particle is born.
+void draw_moving(const Given& given, const shapes::Shape& shape, const shapes::Shape& before, particles::Key key,
+                 const BirthStep& moment, Store& into) {
+  draw_attribute(given, &shape, key, into);
   Store first(into.schema());
   first.grow(into.size());
   std::vector<std::uint64_t> ids(into.size());
   particles::join(into.ids(), ids.size(), ids.data());
   first.set_ids(0, ids);
-  Given earlier = given;
-  earlier.distribution.shape = before;
-  draw_attribute(earlier, key, first);
+  draw_attribute(given.attribute == particles::position ? place_in(before) : given, &before, key, first);
   std::vector<float*> now(3), then(3);
   for (int c = 0; c < 3; ++c) {
     now[static_cast<std::size_t>(c)] = into.writable_plane(given.attribute, c);
@@ -184,7 +213,11 @@ void restore_length(int attribute, float length, Store& into) {
   }
 }
 
-bool is_drawn(const Given& given) { return given.distribution.kind != Distribution::Kind::value; }
+// Returns the value that all get; null: what differs between particles.
+const float* value_of(const Given& given) {
+  const auto* value = std::get_if<distributions::Value>(&given.distribution);
+  return value == nullptr ? nullptr : value->number;
+}
 
 // Returns whether a list gives an attribute.
 template <class T>
@@ -223,7 +256,7 @@ class Maker {
     std::erase_if(others, [&](const Given& given) { return gives(emit.columns, given.attribute); });
     Store newborn = unplaced(others);
     for (const Given& given : others) {
-      if (is_drawn(given)) draw_attribute(given, key_, newborn);
+      if (value_of(given) == nullptr) draw_attribute(given, nullptr, key_, newborn);
     }
     for (const Emitted& column : emit.columns) copy_column(column, first_of_call_, newborn);
     complete(newborn, emit.state, emit.columns);
@@ -235,8 +268,8 @@ class Maker {
   Store unplaced(const std::vector<Given>& state) const {
     Store newborn(schema_);
     for (const Given& given : state) {
-      const float* v = given.distribution.first;
-      if (!is_drawn(given)) newborn.set_uniform(given.attribute, {v[0], v[1], v[2], v[3]});
+      const float* v = value_of(given);
+      if (v != nullptr) newborn.set_uniform(given.attribute, {v[0], v[1], v[2], v[3]});
     }
     newborn.reserve(ids_.size());
     newborn.grow(ids_.size());
@@ -248,30 +281,27 @@ class Maker {
   // null: it does not move.
   void draw_in(const shapes::Shape& shape, const shapes::Shape* before, const std::vector<Given>& state,
                Store& newborn) const {
-    Given place{particles::position, {}};
-    place.distribution.kind = Distribution::Kind::shape;
-    place.distribution.shape = shape;
     if (before == nullptr) {
-      draw_attribute(place, key_, newborn);
+      draw_attribute(place_in(shape), nullptr, key_, newborn);
     } else {
-      draw_moving(place, *before, key_, moment_, newborn);
+      draw_moving(place_in(shape), shape, *before, key_, moment_, newborn);
     }
     for (const Given& given : state) {
-      if (given.distribution.of_surface()) {
+      if (actions::of_surface(given.distribution)) {
         draw_surface(given, shape, before, newborn);
-      } else if (is_drawn(given)) {
-        draw_attribute(given, key_, newborn);
+      } else if (value_of(given) == nullptr) {
+        draw_attribute(given, nullptr, key_, newborn);
       }
     }
   }
 
   // Draws the normals or colours of the surface on which particles are born.
-  void draw_surface(Given given, const shapes::Shape& shape, const shapes::Shape* before, Store& newborn) const {
-    given.distribution.shape = shape;
-    const bool turns = given.distribution.kind == Distribution::Kind::along_normal && given.distribution.first[0] != 0;
-    if (before == nullptr || !turns) return draw_attribute(given, key_, newborn);
-    draw_moving(given, *before, key_, moment_, newborn);
-    restore_length(given.attribute, given.distribution.first[0], newborn);
+  void draw_surface(const Given& given, const shapes::Shape& shape, const shapes::Shape* before, Store& newborn) const {
+    const auto* along = std::get_if<distributions::AlongNormal>(&given.distribution);
+    const bool turns = along != nullptr && along->length != 0;
+    if (before == nullptr || !turns) return draw_attribute(given, &shape, key_, newborn);
+    draw_moving(given, shape, *before, key_, moment_, newborn);
+    restore_length(given.attribute, along->length, newborn);
   }
 
   // Wraps positions; copies the attributes whose copies are kept, unless one of the lists gives the copy.
@@ -300,8 +330,9 @@ BirthStep moment_of(const Birth& birth, float dt, int substep, int substeps) {
 
 void check(const std::vector<Given>& state, const particles::Schema& schema, const shapes::Shape* shape) {
   for (const Given& given : state) {
-    check_distribution(given, schema);
-    if (given.distribution.of_surface()) check_surface(given, schema, shape);
+    check_attribute(given.attribute, schema);
+    std::visit(Check(given.attribute, schema[given.attribute]), given.distribution);
+    if (actions::of_surface(given.distribution)) check_surface(given, schema, shape);
   }
 }
 
@@ -361,7 +392,9 @@ std::vector<std::uint64_t> meshes_of(const Birth& birth) {
     for (const shapes::Shape& shape : source->before) add(shape);
   }
   if (const auto* burst = std::get_if<Burst>(&birth)) add(burst->shape);
-  for (const Given& given : state_of(birth)) add(given.distribution.shape);
+  for (const Given& given : state_of(birth)) {
+    if (const auto* in = std::get_if<distributions::InShape>(&given.distribution)) add(in->shape);
+  }
   return keys;
 }
 

@@ -159,7 +159,7 @@ std::string first_difference(const Record& ours, const Record& theirs) {
   }
   if (ours.sprites != theirs.sprites) return "a different sprite";
   if (ours.clumps != theirs.clumps) return "a different template of clumps";
-  if (ours.view != theirs.view) return "a different camera or renderer";
+  if (ours.view != theirs.view || ours.camera != theirs.camera) return "a different camera or renderer";
   if (ours.argument != theirs.argument)
     return "different arguments: " + ours.argument + " here, " + theirs.argument + " there";
   return "no difference in value";

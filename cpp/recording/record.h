@@ -122,6 +122,7 @@ struct Record {
   std::vector<image::Sprite> sprites;  // one per system
   std::vector<actions::TableKey> clumps;  // one per system: the template of its clumps; 0: it has no clumps
   std::optional<image::View> view;  // verb render
+  std::optional<image::Camera> camera;  // verb step: where the next picture's streaks begin
   std::string argument;  // of gather: the system and the destination; of a frame: the controls
 
   bool operator==(const Record&) const = default;
@@ -130,7 +131,7 @@ struct Record {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Record& record) {
   visit(record.verb, record.frame, record.seed, record.dt, record.substeps, record.systems, record.lists,
-        record.sprites, record.clumps, record.view, record.argument);
+        record.sprites, record.clumps, record.view, record.camera, record.argument);
 }
 
 void write(const Record& record, base::Bytes& out);

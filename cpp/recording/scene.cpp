@@ -65,6 +65,7 @@ Record sample() {
   record.view->objects = {{both, {}}};
   record.view->lights = {{}};
   record.view->before.emplace();
+  record.camera.emplace();
   return record;
 }
 
@@ -185,7 +186,9 @@ void add_meshes(const std::vector<shapes::Shape>& list, std::set<meshes::AssetKe
 }
 
 void add_meshes(const std::vector<Given>& state, std::set<meshes::AssetKey>& keys) {
-  for (const Given& given : state) add_meshes(given.distribution.shape, keys);
+  for (const Given& given : state) {
+    if (const auto* in = std::get_if<actions::distributions::InShape>(&given.distribution)) add_meshes(in->shape, keys);
+  }
 }
 
 // Adds the meshes among an item's shapes.

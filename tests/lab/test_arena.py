@@ -139,7 +139,7 @@ def test_the_command_plays_a_student_s_balancer(tmp_path: Path, capsys: pytest.C
         assert main([*given, "--cluster", cluster, "--league", str(kept), "--json"]) == 0
     found = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert [row["balancer"] for row in found["rows"]] == ["Static", mine]
-    rows = table.kept(kept)
+    rows = table.stored(kept)
     assert len(rows) == 4 and all(row["verified"] and row["machine"] in MACHINES for row in rows)
     assert main([*given, "--plot", str(tmp_path / "plot.png")]) == 0
     said = capsys.readouterr().out

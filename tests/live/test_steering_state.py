@@ -47,14 +47,14 @@ def test_a_stop_forgets_what_no_frame_will_see():
     state.hear(json.dumps({"set": {"wind": 1.0}, "camera": HOME.to_dict()}))
     state.hear('{"stop": true}')
     assert state.commit(3) == {} and state.stopped and state.camera is None
-    assert state.kept() == {"values": {"wind": 0.0}, "camera": None}
+    assert state.state() == {"values": {"wind": 0.0}, "camera": None}
 
 
 def test_a_checkpoint_brings_values_back_also_of_controls_made_later():
     state = steering()
     state.hear(json.dumps({"set": {"wind": 1.5}, "camera": HOME.to_dict()}))
     state.commit(0)
-    kept = json.loads(json.dumps(state.kept()))
+    kept = json.loads(json.dumps(state.state()))
     later = Steering()
     later.restore(kept)
     assert later.control("wind", 0.0, -5, 5, None, None).value == 1.5 and later.camera == HOME

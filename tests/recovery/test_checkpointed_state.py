@@ -15,7 +15,7 @@ from launching import python, said
 from standing import on_ranks
 
 import motes
-from motes._checkpoint import folder, kept
+from motes._checkpoint import folder, plain_data
 from motes._checkpoint.manifest import Manifest
 
 BORN_OF_MESHES = """
@@ -99,12 +99,12 @@ def test_what_is_kept_reads_back_as_it_was():
         "moves": motes.Uniform(motes.Curve([(0, 1), (2, (3.0))]), 5),
         "nested": {"tuple": [1]},
     }
-    again = kept.value_of(json.loads(json.dumps(kept.data_of(given))))
+    again = plain_data.value_of(json.loads(json.dumps(plain_data.data_of(given))))
     assert repr(again) == repr(given) and type(again[3][2]) is np.float64
     assert again[3][1].dtype == np.float32 and again["moves"] == given["moves"]
     for no_data in (object(), {1, 2}, np.array([object()]), motes.World, motes.shapes.Sphere((0, 0, 0), 1)):
         with pytest.raises(TypeError, match="is not plain data"):
-            kept.data_of(no_data)
+            plain_data.data_of(no_data)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_what_is_kept_reads_back_as_it_was():
     [{"array": ["O", [1], "", True]}, {"value": ["World", {"dict": []}]}, {"x": 1}, {}, {"a": 1, "b": 2}],
 )
 def test_what_is_never_kept_is_a_checkpoint_error(planted):
-    manifest = Manifest(1, 0.0, 1, 0.1, 1, "1", {}, [], [], {}, kept=planted)
+    manifest = Manifest(1, 0.0, 1, 0.1, 1, "1", {}, [], [], {}, script_state=planted)
     with pytest.raises(motes.CheckpointError, match="is damaged"):
         manifest.unpacked(Path("here"))
 
@@ -174,9 +174,9 @@ def test_a_checkpoint_of_somebody_else_runs_no_code(tmp_path, where):
     for _, path in folder.whole(tmp_path / "checkpoints"):
         manifest = Manifest.from_bytes((path / folder.MANIFEST).read_bytes(), path)
         if where == "kept":
-            manifest.kept = base64.b64encode(text).decode()
+            manifest.script_state = base64.b64encode(text).decode()
         else:
-            manifest.with_kept({**manifest.unpacked(path), "balancer": ("Own", text)})
+            manifest.with_script_state({**manifest.unpacked(path), "balancer": ("Own", text)})
         manifest.write(path)
     again = python(KEEPS, tmp_path / "checkpoints", "data")
     assert again.code == 1 and "CheckpointError" in again.err, again.text

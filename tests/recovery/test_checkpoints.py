@@ -363,8 +363,8 @@ def manifest_of(frame=8):
 
 
 def test_a_manifest_says_when_it_has_changed(tmp_path):
-    text = manifest_of().with_kept({"configured": {}}).to_bytes()
-    assert Manifest.from_bytes(text, tmp_path) == manifest_of().with_kept({"configured": {}})
+    text = manifest_of().with_script_state({"configured": {}}).to_bytes()
+    assert Manifest.from_bytes(text, tmp_path) == manifest_of().with_script_state({"configured": {}})
     assert Manifest.from_bytes(text, tmp_path).unpacked(tmp_path) == {"configured": {}}
     numbers = random.Random(1)
     for _ in range(300):
@@ -374,7 +374,7 @@ def test_a_manifest_says_when_it_has_changed(tmp_path):
             read = Manifest.from_bytes(bytes(content), tmp_path)
         except CheckpointError:
             continue
-        assert read == manifest_of().with_kept({"configured": {}})  # only white space changed
+        assert read == manifest_of().with_script_state({"configured": {}})  # only white space changed
     for other in (1, VERSION - 1):
         changed = text.replace(b'"version": %d' % VERSION, b'"version": %d' % other)
         with pytest.raises(CheckpointError, match=f"version {other}"):

@@ -8,8 +8,6 @@ from pathlib import Path
 import pytest
 
 CPP = Path(__file__).resolve().parents[2] / "cpp"
-OPEN = {"actions/kernels.h"}
-"""Headers with structs that still have such members."""
 pytestmark = pytest.mark.skipif(not CPP.is_dir(), reason="the kinds are those of the source tree")
 
 
@@ -40,8 +38,7 @@ def test_no_member_is_of_one_kind():
     names = kinds(files)
     assert {"ribbon", "gravity", "source", "contact", "opaque", "stretch"} <= names
     found = {str(path): of_one_kind(text, names) for path, text in files.items()}
-    assert {path: members for path, members in found.items() if members and path not in OPEN} == {}
-    assert {path for path in OPEN if not found.get(path)} == set(), "these are done: take them off the list"
+    assert {path: members for path, members in found.items() if members} == {}
 
 
 @pytest.mark.parametrize(

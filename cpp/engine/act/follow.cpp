@@ -44,10 +44,10 @@ class Following {
   bool run() {
     compute([&] { clear_dead(rank_, system_, here_); });
     if (all_reduce_max(rank_, round_, {rank_.session.failed() ? 1.0f : 0.0f})[0] > 0) return false;
-    std::vector<Message> told(static_cast<std::size_t>(count_));
-    compute([&] { tell(told); });
-    trade(told);  // `told` now holds the messages to this keeper
-    compute([&] { note(told); });
+    std::vector<Message> places(static_cast<std::size_t>(count_));
+    compute([&] { tell(places); });
+    trade(places);  // `places` now holds the messages to this keeper
+    compute([&] { note(places); });
     const Maxima firsts = all_reduce_max(rank_, round_, first_places());
     if (firsts[0] > 0) return false;
     std::vector<Message> answers(static_cast<std::size_t>(count_));

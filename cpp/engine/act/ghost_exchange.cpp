@@ -82,7 +82,7 @@ bool GhostExchange::holds() {
   for (std::size_t side = 0; side < in_.count(); ++side) {
     const interactions::NeighbourList& list = in_.calculator.neighbours[in_.key(side)];
     const bool holds = action_.holds(side);
-    all = all && holds && kept(side).domains == in_.system(side).domains;
+    all = all && holds && kept_ghosts(side).domains == in_.system(side).domains;
     wear_.step = std::max(wear_.step, list.wear().step);
     wear_.age = std::max(wear_.age, list.wear().age);
     // While lists are kept, particles do not migrate; the skin bounds how far outside their domain they are.
@@ -180,14 +180,14 @@ void GhostExchange::exchange(double farthest, double range) {
 
 void GhostExchange::forget_ghosts() {
   for (std::size_t side = 0; side < in_.count(); ++side) {
-    if (lists_) kept(side) = {{}, in_.system(side).domains, {}, {}, {}};
+    if (lists_) kept_ghosts(side) = {{}, in_.system(side).domains, {}, {}, {}};
   }
 }
 
 // Keeps the ghosts just exchanged, on both ends, so that refresh() can send only what changes.
 void GhostExchange::keep_ghosts(const std::vector<int>& others) {
   for (std::size_t side = 0; side < in_.count(); ++side) {
-    KeptGhosts& ghosts_here = kept(side);
+    KeptGhosts& ghosts_here = kept_ghosts(side);
     find_owners(ghosts_here.domains, ghosts_here);
     const std::vector<std::uint32_t> near = near_the_border(side);
     const int self = in_.rank.session.calculator();
@@ -210,8 +210,8 @@ void GhostExchange::refresh() {
   std::map<int, Message> messages;
   std::set<int> sources;
   for (std::size_t side = 0; side < in_.count(); ++side) {
-    for (const auto& [source, places] : kept(side).received) sources.insert(source);
-    for (const auto& [target, particles] : kept(side).sent) messages[target];
+    for (const auto& [source, places] : kept_ghosts(side).received) sources.insert(source);
+    for (const auto& [target, particles] : kept_ghosts(side).sent) messages[target];
   }
   sources.erase(in_.rank.session.calculator());
   messages.erase(in_.rank.session.calculator());
@@ -228,7 +228,7 @@ void GhostExchange::refresh() {
 void GhostExchange::refresh_own_images() {
   const int self = in_.rank.session.calculator();
   for (std::size_t side = 0; side < in_.count(); ++side) {
-    KeptGhosts& ghosts_here = kept(side);
+    KeptGhosts& ghosts_here = kept_ghosts(side);
     if (!ghosts_here.sent.contains(self)) continue;
     base::Bytes bytes;
     put_changes(action_.reads(side), in_.population(side).store, self, ghosts_here, bytes);
@@ -240,12 +240,12 @@ void GhostExchange::refresh_own_images() {
 std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
   std::uint64_t count = 0;
   for (std::size_t side = 0; side < in_.count(); ++side) {
-    KeptGhosts& ghosts_here = kept(side);
+    KeptGhosts& ghosts_here = kept_ghosts(side);
     if (!ghosts_here.sent.contains(target)) continue;
-    const std::uint64_t told = put_changes(action_.reads(side), in_.population(side).store, target, ghosts_here, bytes);
-    in_.population(side).interaction.ghosts += told;
-    in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(told));
-    count += told;
+    const std::uint64_t changed = put_changes(action_.reads(side), in_.population(side).store, target, ghosts_here, bytes);
+    in_.population(side).interaction.ghosts += changed;
+    in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(changed));
+    count += changed;
   }
   return count;
 }
@@ -254,7 +254,7 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
   base::Reader in = message.reader();
   std::uint64_t count = 0;
   for (std::size_t side = 0; side < in_.count(); ++side) {
-    KeptGhosts& ghosts_here = kept(side);
+    KeptGhosts& ghosts_here = kept_ghosts(side);
     if (ghosts_here.received.contains(source)) count += take_changes(in, source, images_, ghosts_here);
   }
   in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(count));

@@ -43,10 +43,10 @@ class GhostExchange {
   /// Sends and receives the changed columns of kept ghosts. Collective over calculators.
   void refresh();
 
-  interactions::Ghosts& ghosts(std::size_t side) { return lists_ ? kept(side).ghosts : ghosts_[side]; }
+  interactions::Ghosts& ghosts(std::size_t side) { return lists_ ? kept_ghosts(side).ghosts : ghosts_[side]; }
 
  private:
-  KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[in_.key(side)]; }
+  KeptGhosts& kept_ghosts(std::size_t side) const { return in_.calculator.ghosts[in_.key(side)]; }
   // Returns whether the action reads the particles of a side.
   bool seen(std::size_t side) const { return !action_.reads(side).empty(); }
   bool concerns(int from, int to) const;

@@ -79,14 +79,14 @@ void place_ghosts(const Images& images, interactions::Ghosts& ghosts) {
 std::uint64_t put_changes(const std::vector<interactions::Component>& read, const Store& store, int target,
                           KeptGhosts& kept, base::Bytes& out) {
   const std::vector<std::uint32_t>& sent = kept.sent.at(target);
-  std::vector<float>& told = kept.told[target];
-  const bool first = told.size() != sent.size() * read.size();
-  told.resize(sent.size() * read.size());
+  std::vector<float>& last_sent = kept.last_sent[target];
+  const bool first = last_sent.size() != sent.size() * read.size();
+  last_sent.resize(sent.size() * read.size());
   std::uint32_t mask = 0;
   for (std::size_t c = 0; c < read.size(); ++c) {
     const float* plane = store.plane(read[c].attribute, read[c].component);
     const float value = store.uniform_value(read[c].attribute)[static_cast<std::size_t>(read[c].component)];
-    float* const last = told.data() + c * sent.size();
+    float* const last = last_sent.data() + c * sent.size();
     bool changed = first;
     for (std::size_t k = 0; k < sent.size(); ++k) {
       const float now = plane != nullptr ? plane[sent[k]] : value;
@@ -97,7 +97,7 @@ std::uint64_t put_changes(const std::vector<interactions::Component>& read, cons
   }
   out.put(mask);
   for (std::size_t c = 0; c < read.size(); ++c) {
-    if ((mask & bit_of(c)) != 0) out.put_raw(told.data() + c * sent.size(), sent.size() * sizeof(float));
+    if ((mask & bit_of(c)) != 0) out.put_raw(last_sent.data() + c * sent.size(), sent.size() * sizeof(float));
   }
   return sent.size();
 }

@@ -310,9 +310,9 @@ void note_loads(const Rank& rank, const Script& script, Manager& manager, const 
     of_all.resize(calculators);
     for (std::size_t c = 0; c < calculators; ++c) {
       const CalculatorLoad& from = loads.of(tree, static_cast<int>(c), i - round.first);
-      const std::uint64_t alive = std::uint64_t{from.kept} + from.sent;
+      const std::uint64_t alive = std::uint64_t{from.stayed} + from.sent;
       const std::uint64_t particles =
-          alone ? expected_of(script, i, static_cast<int>(c), alive) : std::uint64_t{from.kept} + from.received;
+          alone ? expected_of(script, i, static_cast<int>(c), alive) : std::uint64_t{from.stayed} + from.received;
       of_all[c] = {particles, 0, from.speed, from.error};
     }
   }

@@ -69,7 +69,7 @@ void Account::note_loads(const System& system, const Loads& loads, std::size_t n
     load.system = system.definition.name;
     load.rank = cast.calculators[c];
     load.tally = {from.at_start, from.created, from.killed, from.sent, from.received, 0, from.compute_s};
-    load.n_end = std::uint64_t{from.kept} + from.received;
+    load.n_end = std::uint64_t{from.stayed} + from.received;
     const std::uint64_t processed = load.tally.at_start + load.tally.created;
     load.rescaled_s = balance::rescaled(from.compute_s, processed, load.n_end);
     load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;

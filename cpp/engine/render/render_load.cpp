@@ -109,7 +109,7 @@ void note_pictures(const Rank& rank, const Script& script, const Round& round, c
     if (round.first == 0) calculator.particles = calculator.act_s = 0;
     for (std::size_t system = 0; system < judged.loads.systems; ++system) {
       const CalculatorLoad& of = judged.loads.of(tree, static_cast<int>(c), system);
-      calculator.particles += static_cast<double>(of.kept);
+      calculator.particles += static_cast<double>(of.stayed);
       calculator.act_s += of.compute_s;
     }
   }

@@ -1,6 +1,7 @@
 #include "engine/render/render_output.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -17,7 +18,7 @@ using image::TilePainter;
 
 // The content of a tile in a message: sums of light if the picture's light is kept, otherwise sRGB.
 enum class Content : std::uint8_t {
-  one_color,
+  one_color,  // always the sums of one pixel: sRGB is dithered
   pixels,
   drawn_one_color,  // no pixels in the message: they are in shared memory
   drawn_pixels
@@ -77,14 +78,12 @@ void TileOutput::put(const TilePainter& by, const TileLight& light, int slot, bo
 
 void TileOutput::put_pixels(const TilePainter& by, const TileLight& light, bool blank, base::Bytes& out) const {
   const std::size_t row = 3 * static_cast<std::size_t>(light.width), all = row * static_cast<std::size_t>(light.height);
-  if (view_.linear) {
+  if (blank) {
+    out.put_raw(light.first, 3 * sizeof(std::uint32_t));
+  } else if (view_.linear) {
     std::vector<std::uint32_t> sums(all);
     light.copy_to(sums.data(), row);
-    out.put_raw(sums.data(), (blank ? 3 : all) * sizeof(std::uint32_t));
-  } else if (blank) {
-    std::vector<std::uint8_t> pixels(all);
-    by.show(light, pixels.data(), row);
-    out.put_raw(pixels.data(), 3);
+    out.put_raw(sums.data(), all * sizeof(std::uint32_t));
   } else {
     by.show(light, reinterpret_cast<std::uint8_t*>(out.extend(all)), row);
   }
@@ -101,17 +100,28 @@ bool take_tile(base::Reader& in, int slot, const image::View& view, bool shared,
   }
   const bool blank = content == Content::one_color || content == Content::drawn_one_color;
   if (content >= Content::drawn_one_color) return blank;
+  if (blank) {
+    std::array<std::uint32_t, 3 * image::kTile> sums;
+    std::memcpy(sums.data(), in.take(3 * sizeof(std::uint32_t)).data(), 3 * sizeof(std::uint32_t));
+    for (std::size_t i = 3; i < sums.size(); ++i) sums[i] = sums[i - 3];
+    const TileLight light{sums.data(), 0, area.width, area.height, area.x, area.y};
+    if (view.linear) {
+      light.copy_to(painter.whole.at(area), row_of(view));
+    } else {
+      painter.workers[0].painter.show(light, painter.pixels.data() + first_pixel(area, row_of(view)), row_of(view));
+    }
+    return true;
+  }
   const auto put = [&]<class T>(T* to) {
-    const auto bytes = in.take((blank ? 3 : lanes(area)) * sizeof(T));
+    const auto bytes = in.take(lanes(area) * sizeof(T));
     constexpr int kAhead = 8;  // rows
     for (int y = 0; y < area.height; ++y, to += row_of(view)) {
       if (y + kAhead < area.height) base::prefetch_for_write(to + kAhead * row_of(view), row * sizeof(T));
-      for (int x = 0; blank && x < area.width; ++x) std::memcpy(to + 3 * x, bytes.data(), bytes.size());
-      if (!blank) std::memcpy(to, bytes.data() + static_cast<std::size_t>(y) * row * sizeof(T), row * sizeof(T));
+      std::memcpy(to, bytes.data() + static_cast<std::size_t>(y) * row * sizeof(T), row * sizeof(T));
     }
   };
   view.linear ? put(painter.whole.at(area)) : put(painter.pixels.data() + first_pixel(area, row_of(view)));
-  return blank;
+  return false;
 }
 
 void send_to_image_generator(Rank& rank, comm::Phase phase, comm::Message message, bool failed, Painter& painter) {

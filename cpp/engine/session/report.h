@@ -148,7 +148,7 @@ constexpr void fields(Visitor& visit, SystemReport& system) {
 
 /// One system on one calculator, as the policy and the log need it. A rank holds fewer than 2^32 particles.
 struct CalculatorLoad {
-  std::uint32_t at_start = 0, created = 0, killed = 0, kept = 0, sent = 0;
+  std::uint32_t at_start = 0, created = 0, killed = 0, stayed = 0, sent = 0;
   std::uint32_t received = 0;  // added by the rank at which the senders' reports meet the receiver's
   double compute_s = 0;
   double speed = 0, error = 0;  // as in balance::Load
@@ -156,7 +156,7 @@ struct CalculatorLoad {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, CalculatorLoad& load) {
-  visit(load.at_start, load.created, load.killed, load.kept, load.sent, load.received, load.compute_s, load.speed,
+  visit(load.at_start, load.created, load.killed, load.stayed, load.sent, load.received, load.compute_s, load.speed,
         load.error);
 }
 

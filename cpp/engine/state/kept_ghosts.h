@@ -18,7 +18,7 @@ struct KeptGhosts {
   domains::Domains domains;  // domains when the ghosts were chosen
   std::map<int, std::vector<std::uint32_t>> sent;      // by calculator: indices of own particles
   std::map<int, std::vector<std::uint32_t>> received;  // by calculator: indices into `ghosts`
-  std::map<int, std::vector<float>> told;  // by calculator: the columns as last sent, concatenated
+  std::map<int, std::vector<float>> last_sent;  // by calculator: the columns as last sent, concatenated
 };
 
 /// Kept ghosts by system and interaction, with the same keys as neighbour lists.

@@ -30,12 +30,18 @@ void Script::divide(std::size_t system, const domains::Domains& domains) {
 
 namespace {
 
-void note_camera(Script& script, std::uint64_t frame, image::View& view) {
+// Keeps the camera of a frame, for the streaks of the next one.
+void note_camera(Script& script, std::uint64_t frame, const image::Camera& camera,
+                 const std::optional<image::Camera>& before) {
+  script.camera = camera;
+  script.camera_frame = frame;
+  script.camera_before = before;
+}
+
+void begin_streaks(Script& script, std::uint64_t frame, image::View& view) {
   const bool in_sequence = script.camera && script.camera_frame + 1 == frame;
   if (view.shutter > 0 && !view.before && in_sequence) view.before = script.camera;
-  script.camera = view.camera;
-  script.camera_frame = frame;
-  script.camera_before = view.before;
+  note_camera(script, frame, view.camera, view.before);
 }
 
 // If the last frame is redrawn from the same camera, restores the camera before it, so its streaks look the same.
@@ -56,7 +62,12 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   record.dt = settings.dt;
   record.substeps = settings.substeps;
   record.view = view;
-  if (record.view && verb == recording::Verb::render) note_camera(script, frame, *record.view);
+  if (record.view && verb == recording::Verb::render) begin_streaks(script, frame, *record.view);
+  const std::optional<image::Camera> passing = std::exchange(script.passing, std::nullopt);
+  if (passing && verb == recording::Verb::step) {
+    record.camera = passing;
+    note_camera(script, frame, *passing, std::nullopt);
+  }
   if (record.view && verb == recording::Verb::redraw) recall_camera(script, frame, *record.view);
   record.argument = argument;
   for (const auto& system : script.systems) {  // borrows definitions and lists, which are moved back below

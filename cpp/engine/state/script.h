@@ -39,10 +39,12 @@ struct Script {
 
   std::vector<PressedWall> walls;  // of the last frame, in the order of lists and walls; equal shapes are one wall
 
-  // The camera of the last frame that was drawn, needed for the streaks of the next frame.
+  // The camera of the last frame, needed for the streaks of the next frame.
   std::optional<image::Camera> camera;
   std::uint64_t camera_frame = 0;
   std::optional<image::Camera> camera_before;  // View::before of that frame
+
+  std::optional<image::Camera> passing;  // the camera of the frame being recorded, if it ends without a picture
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
   /// Returns whether this conversation carries signals and viewers' orders to all ranks.

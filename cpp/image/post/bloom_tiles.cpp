@@ -77,7 +77,7 @@ TileLight BloomTiles::mix(std::size_t tile, const BloomCells& cells, std::size_t
     kernels_->mix(row, rows.glow.data(), rows.step.data(), plan_.part, BetweenLanes::kBits + BloomPlan::kFraction,
                   lanes);
   });
-  return {first, kRowLanes, area.width, area.height};
+  return {first, kRowLanes, area.width, area.height, area.x, area.y};
 }
 
 }  // namespace motes::image

@@ -1,5 +1,6 @@
 #include "image/post/picture_light.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/invalid_argument.h"
@@ -20,8 +21,11 @@ std::uint32_t* PictureLight::at(const Area& area) {
 void PictureLight::show(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool) {
   if (pixels.size() != lanes()) throw base::InvalidArgument("pixels", "be height * width * 3 bytes");
   constexpr std::size_t kSums = std::size_t{1} << 16;  // converted by a thread at a time
-  threads::over_ranges(pool, lanes(), kSums, [&](std::size_t first, std::size_t last) {
-    lanes_->tone(light_ + first, last - first, scene.tone().data(), pixels.data() + first);
+  const std::size_t row = row_lanes(), rows = std::max<std::size_t>(kSums / row, 1);
+  threads::over_ranges(pool, static_cast<std::size_t>(grid_.height), rows, [&](std::size_t first, std::size_t last) {
+    for (std::size_t y = first; y < last; ++y) {
+      lanes_->tone(light_ + y * row, row, 0, static_cast<int>(y), scene.tone().data(), pixels.data() + y * row);
+    }
   });
 }
 

@@ -280,30 +280,48 @@ static_assert(image::kToneEntries <= 1 << 16);
 
 constexpr std::size_t kToneRow = 3 * image::kTile;
 
+// Returns the thresholds of lanes `lane`, `lane` + 1, ... of a row; `first`: that of its first pixel, in 1/2^32.
+MOTES_INLINE Uints thresholds(std::uint32_t first, std::size_t lane) {
+  Uints number{};
+  for (std::size_t k = 0; k < kLanes; ++k) number[k] = static_cast<std::uint32_t>(k);
+  const Uints pixel = (number + static_cast<std::uint32_t>(lane)) * 43691u >> 17;  // a third
+  constexpr std::uint32_t kLeast = image::kLeastThreshold;
+  return (((pixel * image::kDitherAcross + first) >> 24) * (256u - 2u * kLeast) >> 8) + kLeast;
+}
+
 // Converts at most kToneRow lanes and returns how many. It first stores the indices of all entries, which is faster
 // than extracting them from vectors; then it writes eight entries as one word, because the picture is not in the caches
 // and fewer stores wait for it.
-std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, const std::uint8_t* table, std::uint8_t* to) {
+std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, std::uint32_t dither, const std::uint16_t* table,
+                     std::uint8_t* to) {
   const std::size_t count = lanes < kToneRow ? lanes : kToneRow;
-  std::uint16_t numbers[kToneRow];
+  std::uint16_t numbers[kToneRow + kLanes], dithers[kToneRow + kLanes];
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const ToneNumbers dithered = __builtin_convertvector(thresholds(dither, i), ToneNumbers);
+    __builtin_memcpy(dithers + i, &dithered, sizeof dithered);
+  }
   std::size_t i = 0;
   for (; i + kLanes <= count; i += kLanes) {
     const ToneNumbers some = __builtin_convertvector(tone_index(load_uints(light + i)), ToneNumbers);
     __builtin_memcpy(numbers + i, &some, sizeof some);
   }
   for (; i < count; ++i) numbers[i] = static_cast<std::uint16_t>(tone_index(all_uints(light[i]))[0]);
+  const auto shown_at = [&](std::size_t k) { return static_cast<std::uint64_t>((table[numbers[k]] + dithers[k]) >> 8); };
   std::size_t shown = 0;
   for (; shown + 8 <= count; shown += 8) {
     std::uint64_t eight = 0;
-    for (std::size_t k = 8; k-- > 0;) eight = eight << 8 | table[numbers[shown + k]];
+    for (std::size_t k = 8; k-- > 0;) eight = eight << 8 | shown_at(shown + k);
     __builtin_memcpy(to + shown, &eight, sizeof eight);
   }
-  for (; shown < count; ++shown) to[shown] = table[numbers[shown]];
+  for (; shown < count; ++shown) to[shown] = static_cast<std::uint8_t>(shown_at(shown));
   return count;
 }
 
-void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to) {
-  for (std::size_t i = 0; i < count;) i += tone_row(light + i, count - i, table, to + i);
+void tone(const std::uint32_t* light, std::size_t count, int x, int y, const std::uint16_t* table, std::uint8_t* to) {
+  auto dither = static_cast<std::uint32_t>(x) * image::kDitherAcross + static_cast<std::uint32_t>(y) * image::kDitherDown;
+  for (std::size_t i = 0; i < count; dither += image::kTile * image::kDitherAcross) {
+    i += tone_row(light + i, count - i, dither, table, to + i);
+  }
 }
 
 }  // namespace

@@ -87,8 +87,10 @@ struct SplatLanes {
   /// Returns the greatest sum in `rows` rows of `lanes` lanes.
   std::uint32_t (*brightest)(const std::uint32_t* light, int rows, int lanes);
 
-  /// Sets to[i] = table[index of light[i]]; the index has 2^kToneBits steps per octave of light[i] / 2.
-  void (*tone)(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to);
+  /// Dithers sums of light, three per pixel, from column x of row y of the picture on. Values are
+  /// table[index of light[i]]; the index has 2^kToneBits steps per octave of light[i] / 2.
+  void (*tone)(const std::uint32_t* light, std::size_t count, int x, int y, const std::uint16_t* table,
+               std::uint8_t* to);
 
   /// Writes the numbers of the records that become deeper, and the bits of their depths; returns how many they are.
   /// Both arrays have room for `count` plus a vector.

@@ -355,7 +355,7 @@ void TilePainter::show(const TileLight& light, std::uint8_t* pixels, std::size_t
   constexpr int kRowsAhead = 8;
   for (int y = 0; y < light.height; ++y, pixels += row_bytes) {
     if (y + kRowsAhead < light.height) base::prefetch_for_write(pixels + kRowsAhead * row_bytes, lanes);
-    lanes_->tone(light.row(y), lanes, scene_->tone().data(), pixels);
+    lanes_->tone(light.row(y), lanes, light.x, light.y + y, scene_->tone().data(), pixels);
   }
 }
 

@@ -52,7 +52,7 @@ class TilePainter {
   void save_partial(Buffer& to) const;
 
   /// Returns the tile's light, valid until the next start.
-  TileLight light() const { return {planes_.light, kLightStride, area_.width, area_.height}; }
+  TileLight light() const { return {planes_.light, kLightStride, area_.width, area_.height, area_.x, area_.y}; }
 
   /// Writes light as sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has
   /// `row_bytes` bytes. The first form writes this tile's light.

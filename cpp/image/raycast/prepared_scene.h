@@ -28,7 +28,7 @@ class PreparedScene {
   const Grid& grid() const { return grid_; }
   const Scenery& scenery() const { return scenery_; }
   /// See tone_table().
-  const std::vector<std::uint8_t>& tone() const { return tone_; }
+  const std::vector<std::uint16_t>& tone() const { return tone_; }
   bool prepared() const { return prepared_; }
 
  private:
@@ -37,7 +37,7 @@ class PreparedScene {
   View view_;
   Grid grid_;
   Scenery scenery_;
-  std::vector<std::uint8_t> tone_;
+  std::vector<std::uint16_t> tone_;
 };
 
 }  // namespace motes::image

@@ -138,11 +138,7 @@ struct Range {
   // The lifetime has a column, but no particle reaches it.
   static Burst birth(std::size_t particles) {
     Burst air = full_air(particles);
-    Given lifetime{particles::lifetime, {}};
-    lifetime.distribution.kind = actions::Distribution::Kind::uniform;
-    lifetime.distribution.first[0] = 1e3f;
-    lifetime.distribution.second[0] = 1e4f;
-    air.state.push_back(lifetime);
+    air.state.push_back({particles::lifetime, actions::distributions::Uniform{{1e3f}, {1e4f}}});
     return air;
   }
 

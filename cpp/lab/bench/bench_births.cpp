@@ -29,12 +29,9 @@ constexpr std::size_t kOld = 200000;  // room for particles besides the newborn
 constexpr float kStep = 1.0f / 24;  // seconds
 
 recording::Source snow(float width) {
-  using actions::Distribution;
   recording::Source source;
   source.shape = {shapes::Kind::rectangle, {-width / 2, 12, -4, width, 0, 0, 0, 0, 8}};
-  Distribution velocity;
-  velocity.kind = Distribution::Kind::shape;
-  velocity.shape = {shapes::Kind::box, {-0.4, -1.4, -0.3, 0.4, -1.2, 0.3}};
+  const actions::distributions::InShape velocity{{shapes::Kind::box, {-0.4, -1.4, -0.3, 0.4, -1.2, 0.3}}};
   source.state = {{particles::velocity, velocity}, {particles::age, {}}};
   return source;
 }

@@ -46,10 +46,8 @@ Burst full_air(std::size_t particles) {
   Burst burst;
   burst.count = particles;
   burst.shape = {shapes::Kind::box, {-50, 0, -50, 50, 50, 50}};
-  Given velocity{particles::velocity, {}};
-  velocity.distribution.kind = actions::Distribution::Kind::shape;
-  velocity.distribution.shape = {shapes::Kind::box, {-1, -2, -1, 1, -1, 1}};
-  burst.state.push_back(velocity);
+  const shapes::Shape velocities{shapes::Kind::box, {-1, -2, -1, 1, -1, 1}};
+  burst.state.push_back({particles::velocity, actions::distributions::InShape{velocities}});
   return burst;
 }
 

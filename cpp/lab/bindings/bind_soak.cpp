@@ -16,7 +16,7 @@ void bind_soak(py::module_& m) {
         d["ranks"] = happened.ranks;
         d["died"] = happened.died;
         d["survived"] = happened.survived;
-        d["told"] = happened.told;
+        d["reported"] = happened.reported;
         d["broken"] = happened.broken;
         return d;
       },

@@ -61,11 +61,11 @@ void lose_ranks(Random& random, const Story& story, const Way& way, Disaster& di
   const Played played = play(story, way, accidents, film, saves);
   disaster.died = static_cast<int>(played.dead.size());
   disaster.survived = static_cast<int>(played.losses);
-  disaster.told = !played.end.empty();
+  disaster.reported = !played.end.empty();
   disaster.broken = played.broken;
   const bool before = played.end.starts_with(kUnstarted);
-  if (disaster.told && !before && deaths == 1) disaster.broken = "the loss of one rank ended the run: " + played.end;
-  if (!disaster.broken.empty() || disaster.told || disaster.died == way.ranks) return;
+  if (disaster.reported && !before && deaths == 1) disaster.broken = "the loss of one rank ended the run: " + played.end;
+  if (!disaster.broken.empty() || disaster.reported || disaster.died == way.ranks) return;
   disaster.broken = compared(film, model_of(story));
 }
 

@@ -13,7 +13,7 @@ struct Disaster {
   int ranks = 0;           // at the start
   int died = 0;            // ranks, or jobs
   int survived = 0;        // losses after which the run continued; restarts
-  bool told = false;       // the run ended and reported why
+  bool reported = false;   // the run ended and reported why
   std::string broken;      // the promise that was broken; empty: none
 };
 

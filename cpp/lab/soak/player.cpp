@@ -164,9 +164,9 @@ class Player {
           engine_.tell([this, losses] { return std::string(engine_.losses() == losses ? "part" : ""); });
       const bool all = std::count(parts.begin(), parts.end(), "part") == static_cast<std::ptrdiff_t>(parts.size());
       if (all && engine_.losses() == losses && engine_.session().manages()) finish(frame, saved);
-      const std::vector<std::string> told =
+      const std::vector<std::string> answers =
           engine_.tell([this, frame] { return std::string(whole_ == frame ? "whole" : ""); });
-      if (std::count(told.begin(), told.end(), "whole") > 0) whole_ = frame;
+      if (std::count(answers.begin(), answers.end(), "whole") > 0) whole_ = frame;
     }
   }
 

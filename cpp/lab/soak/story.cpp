@@ -36,9 +36,7 @@ recording::Source falling(double per_frame) {
   recording::Source source;
   source.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
   source.rate = 24 * per_frame;
-  actions::Distribution velocity;
-  velocity.kind = actions::Distribution::Kind::shape;
-  velocity.shape = {shapes::Kind::sphere, {1, -4, 0, 6}};
+  const actions::distributions::InShape velocity{{shapes::Kind::sphere, {1, -4, 0, 6}}};
   source.state = {{particles::velocity, velocity}};
   return source;
 }

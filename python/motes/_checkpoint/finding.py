@@ -19,7 +19,7 @@ from .manifest import Manifest
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-__all__ = ["Found", "Wishes", "find"]
+__all__ = ["Origin", "Wishes", "find"]
 
 _WHAT = "other ranks to read the checkpoint"
 _SAMPLES = 4096  # minimum number of positions per system from which new cuts are computed
@@ -27,7 +27,7 @@ _SAMPLES_EACH = 256  # minimum number of these positions per domain
 
 
 @dataclass
-class Found:
+class Origin:
     """A run's directory of checkpoints, and the checkpoint that it continues from."""
 
     directory: Path
@@ -64,44 +64,44 @@ class Wishes:
     stall_s: float | None
 
 
-def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Found:
+def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Origin:
     """Return the checkpoint that the run continues from. Collective.
 
     Damaged checkpoints are reported and skipped. All ranks raise CheckpointError if there are checkpoints but
     none is complete, or if the newest complete one is from another script; ArgumentError if another run uses
     the directory.
     """
-    found = Found(Path(wishes.checkpoint.directory).absolute())
+    origin = Origin(Path(wishes.checkpoint.directory).absolute())
     error: MotesError | None = None
     candidates: list[tuple[int, Path]] = []
     if comm.rank == manager:
         try:
-            found.lock = folder.Lock(found.directory)
-            folder.sweep(found.directory)
+            origin.lock = folder.Lock(origin.directory)
+            folder.sweep(origin.directory)
             if wishes.fresh:
-                folder.start_anew(found.directory)
-            candidates = folder.whole(found.directory)
+                folder.start_anew(origin.directory)
+            candidates = folder.whole(origin.directory)
         except MotesError as failure:
             error = failure
         except OSError as failure:
-            error = CheckpointError(f"cannot use {found.directory} for checkpoints: {failure.strerror}")
+            error = CheckpointError(f"cannot use {origin.directory} for checkpoints: {failure.strerror}")
     _agree(comm, error, wishes)
-    content = json.dumps([str(found.directory), [[frame, str(path)] for frame, path in candidates]])
+    content = json.dumps([str(origin.directory), [[frame, str(path)] for frame, path in candidates]])
     directory, listed = json.loads(broadcast(comm, content.encode(), manager, wishes.stall_s, _WHAT))
-    found.directory = Path(directory)
+    origin.directory = Path(directory)
     for frame, path in listed:
-        problem = _problem(comm, manager, found, frame, Path(path), wishes)
+        problem = _problem(comm, manager, origin, frame, Path(path), wishes)
         if not problem:
-            _check_run(comm, manager, found, wishes)
-            return found
+            _check_run(comm, manager, origin, wishes)
+            return origin
         if comm.rank == manager:
             tell(f"motes: the checkpoint of frame {frame} is skipped: {problem}")
     if listed:
         raise CheckpointError(
-            f"none of the {len(listed)} checkpoint(s) in {found.directory} is complete; "
+            f"none of the {len(listed)} checkpoint(s) in {origin.directory} is complete; "
             "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts from the beginning"
         )
-    return found
+    return origin
 
 
 def _agree(comm: MPI.Intracomm, error: MotesError | None, wishes: Wishes) -> None:
@@ -120,8 +120,10 @@ def _agree(comm: MPI.Intracomm, error: MotesError | None, wishes: Wishes) -> Non
     raise agreed
 
 
-def _problem(comm: MPI.Intracomm, manager: int, found: Found, frame: int, path: Path, wishes: Wishes) -> str:
-    """Return why a checkpoint cannot be used; if it can, store it in `found` and return "". Collective."""
+def _problem(
+    comm: MPI.Intracomm, manager: int, origin: Origin, frame: int, path: Path, wishes: Wishes
+) -> str:
+    """Return why a checkpoint cannot be used; if it can, store it in `origin` and return "". Collective."""
     problem, content = "", b""
     if comm.rank == manager:
         try:
@@ -137,11 +139,11 @@ def _problem(comm: MPI.Intracomm, manager: int, found: Found, frame: int, path: 
     _, problem = first_text(comm, _damage(comm, path, manifest), wishes.stall_s, _WHAT)
     if problem:
         return problem
-    found.manifest, found.place, found.world = manifest, path, content[8 + length :]
+    origin.manifest, origin.place, origin.world = manifest, path, content[8 + length :]
     samples = b""
     if comm.rank == manager:
         samples = json.dumps(_samples(path, manifest, wishes.calculators)).encode()
-    found.samples = json.loads(broadcast(comm, samples, manager, wishes.stall_s, _WHAT))
+    origin.samples = json.loads(broadcast(comm, samples, manager, wishes.stall_s, _WHAT))
     return ""
 
 
@@ -188,21 +190,21 @@ def _samples(path: Path, manifest: Manifest, calculators: int) -> list[list[list
     return samples
 
 
-def _check_run(comm: MPI.Intracomm, manager: int, found: Found, wishes: Wishes) -> None:
+def _check_run(comm: MPI.Intracomm, manager: int, origin: Origin, wishes: Wishes) -> None:
     """Raise CheckpointError on all ranks if the checkpoint is from another script or other settings."""
     error: MotesError | None = None
     if comm.rank == manager:
         try:
-            _compare(found, wishes)
+            _compare(origin, wishes)
         except CheckpointError as failure:
             error = failure
     _agree(comm, error, wishes)
 
 
-def _compare(found: Found, wishes: Wishes) -> None:
-    manifest = found.manifest
+def _compare(origin: Origin, wishes: Wishes) -> None:
+    manifest = origin.manifest
     assert manifest is not None
-    where = f"the checkpoint of frame {manifest.frame} in {found.directory} was written by a different run: "
+    where = f"the checkpoint of frame {manifest.frame} in {origin.directory} was written by a different run: "
     changed = same_script.changed_setting(
         (
             ("seed", manifest.seed, manifest.seed if wishes.seed is None else wishes.seed),

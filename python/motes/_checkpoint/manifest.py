@@ -11,12 +11,12 @@ from typing import Any, Self
 from .._io import files
 from ..errors import CheckpointError
 from .folder import MANIFEST
-from .kept import data_of, value_of
+from .plain_data import data_of, value_of
 
 __all__ = ["FORMAT", "VERSION", "Manifest", "PartEntry"]
 
 FORMAT = "motes checkpoint"
-VERSION = 8
+VERSION = 9
 
 
 @dataclass
@@ -51,23 +51,23 @@ class Manifest:
     """The ends of each periodic axis, m."""
     movies: dict[str, int] = field(default_factory=dict)
     """The number of frames of each open movie."""
-    kept: Any = None
-    """Python's state, encoded by `kept.data_of`."""
+    script_state: Any = None
+    """Python's state, encoded by `plain_data.data_of`."""
 
     @property
     def particles(self) -> list[int]:
         """The number of particles of each system."""
         return [sum(part.rows[i] for part in self.parts) for i in range(len(self.systems))]
 
-    def with_kept(self, kept: Any) -> Self:
+    def with_script_state(self, script_state: Any) -> Self:
         """Store Python's state, encoded; return the manifest."""
-        self.kept = data_of(kept)
+        self.script_state = data_of(script_state)
         return self
 
     def unpacked(self, path: Path) -> Any:
-        """Return the state stored by `with_kept`. Raises CheckpointError, naming `path`, if it is damaged."""
+        """Return the state of the script. Raises CheckpointError, naming `path`, if it is damaged."""
         try:
-            return {} if self.kept is None else value_of(self.kept)
+            return {} if self.script_state is None else value_of(self.script_state)
         except Exception as error:  # of any kind: the data may be anything
             raise CheckpointError(f"{path} is damaged: {type(error).__name__}: {error}") from error
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from .. import _core
 from .._run.collectives import first_text
 from ..errors import CheckpointError
-from .finding import Found
+from .finding import Origin
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -18,7 +18,7 @@ _WHAT = "other ranks to read their particles"
 
 
 def restore(
-    engine: _core.Engine, found: Found, comm: MPI.Intracomm, calculators: list[int], stall_s: float | None
+    engine: _core.Engine, origin: Origin, comm: MPI.Intracomm, calculators: list[int], stall_s: float | None
 ) -> None:
     """Restore the engine's counts, domains and particles. Collective.
 
@@ -28,23 +28,23 @@ def restore(
     """
     problem = ""
     try:
-        engine.restore_state(found.world, [tuple(sample) for sample in found.samples or []])
+        engine.restore_state(origin.world, [tuple(sample) for sample in origin.samples or []])
         if comm.rank in calculators:
-            _read(engine, found, calculators.index(comm.rank), len(calculators))
+            _read(engine, origin, calculators.index(comm.rank), len(calculators))
     except (RuntimeError, ValueError) as error:
         problem = str(error)
     rank, problem = first_text(comm, problem, stall_s, _WHAT)
     if problem:
-        failure = CheckpointError(f"{found.place}: {problem}")
+        failure = CheckpointError(f"{origin.place}: {problem}")
         failure.speaker = rank
         raise failure
 
 
-def _read(engine: _core.Engine, found: Found, calculator: int, calculators: int) -> None:
-    manifest = found.manifest
+def _read(engine: _core.Engine, origin: Origin, calculator: int, calculators: int) -> None:
+    manifest = origin.manifest
     assert manifest is not None
     if len(manifest.parts) == calculators:
-        part = _core.PartFile(str(found.place / manifest.parts[calculator].file), False)
+        part = _core.PartFile(str(origin.place / manifest.parts[calculator].file), False)
         for system, (_, rows) in enumerate(part.rows):
             engine.restore_rows(part, system, 0, rows)
         engine.restore_speeds(part)
@@ -60,7 +60,7 @@ def _read(engine: _core.Engine, found: Found, calculator: int, calculators: int)
             for (low, high), start, rows in zip(wanted, before, entry.rows, strict=True)
         ]
         if any(first < last for first, last in shares):
-            part = _core.PartFile(str(found.place / entry.file), False)
+            part = _core.PartFile(str(origin.place / entry.file), False)
             for system, (first, last) in enumerate(shares):
                 if first < last:
                     engine.restore_rows(part, system, first, last)

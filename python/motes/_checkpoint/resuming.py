@@ -18,9 +18,9 @@ from .._run.settings import RunSettings
 from .._values.space import ends_of
 from ..errors import CheckpointError
 from . import folder
-from .finding import Found
-from .kept import data_of
+from .finding import Origin
 from .manifest import Manifest
+from .plain_data import data_of
 from .restoring import restore
 from .saving import Saver
 
@@ -41,7 +41,7 @@ class Checkpoints:
     """The checkpoints of one run: continues from an earlier one, and writes new ones."""
 
     def __init__(
-        self, run: OpenRun, settings: RunSettings, found: Found, engine: _core.Engine, steering: Steering,
+        self, run: OpenRun, settings: RunSettings, origin: Origin, engine: _core.Engine, steering: Steering,
         secure: Callable[[], None], systems: Sequence[SystemState],
     ) -> None:  # fmt: skip
         """Store what the ranks agreed on in the handshake; `secure` flushes the record of viewers to disk.
@@ -51,13 +51,13 @@ class Checkpoints:
         assert run.comm is not None and settings.checkpoint is not None
         self._run = run
         self._settings = settings
-        self._found = found
+        self._origin = origin
         self._engine = engine
         self._steering = steering
         self._systems = systems
         self.skipped = 0
         """How many frames of the earlier run the script has gone through."""
-        self.waiting = found.frame > 0
+        self.waiting = origin.frame > 0
         """Whether the run has a checkpoint that it has not restored yet."""
         self._script = same_script.facts()
         self._refused: set[str] = set()
@@ -65,48 +65,48 @@ class Checkpoints:
             engine,
             run.comm,
             (settings.roles[0], settings.roles[1], list(settings.roles[2])),
-            found.directory,
+            origin.directory,
             settings.checkpoint,
             settings.stall_s,
             lambda: process.describe(run),
             secure,
         )
         if self.waiting:
-            self._saver.go_on_from(found.frame)
+            self._saver.go_on_from(origin.frame)
             draws = run.comm.rank == settings.roles[1]
-            assert found.manifest is not None
-            continued.begin(found.frame, found.manifest.movies, draws=draws)
+            assert origin.manifest is not None
+            continued.begin(origin.frame, origin.manifest.movies, draws=draws)
 
     @property
     def frame(self) -> int:
         """The first frame that is still to do."""
-        return self._found.frame
+        return self._origin.frame
 
     def go_on(self) -> None:
         """Restore the world from the checkpoint; do nothing if that is done. Collective."""
         if not self.waiting:
             return
-        manifest, comm = self._found.manifest, self._run.comm
+        manifest, comm = self._origin.manifest, self._run.comm
         assert manifest is not None and comm is not None
         self.waiting = False
-        restore(self._engine, self._found, comm, list(self._settings.roles[2]), self._settings.stall_s)
+        restore(self._engine, self._origin, comm, list(self._settings.roles[2]), self._settings.stall_s)
         self._engine.copy_restored()
-        self._found.samples = None
-        self._restore_kept(manifest)
+        self._origin.samples = None
+        self._restore_script(manifest)
         if self._saver.manages:
-            tell(f"motes: continues with frame {manifest.frame}, from {self._found.place}")
+            tell(f"motes: continues with frame {manifest.frame}, from {self._origin.place}")
 
-    def _restore_kept(self, manifest: Manifest) -> None:
-        kept = manifest.unpacked(self._found.place)
+    def _restore_script(self, manifest: Manifest) -> None:
+        state = manifest.unpacked(self._origin.place)
         try:
             for system in self._systems:
                 system.forget()
-                system.newborn.restore(kept["configured"][system.name])
+                system.newborn.restore(state["configured"][system.name])
                 system.tell_clump(self._engine)
-            self._steering.restore(kept.get("steering", {}))
-            name, known = kept.get("balancer") or ("", None)
+            self._steering.restore(state.get("steering", {}))
+            name, known = state.get("balancer") or ("", None)
         except Exception as error:  # of any kind: the data may be anything
-            raise CheckpointError(f"{self._found.place} is damaged: {error!r}") from error
+            raise CheckpointError(f"{self._origin.place} is damaged: {error!r}") from error
         balancer = self._settings.balancer
         if type(balancer).__qualname__ == name:
             vars(balancer).update(self._known(name, known))
@@ -121,7 +121,7 @@ class Checkpoints:
         for system in self._systems:
             system.forget()
         self.skipped += 1
-        if self.skipped == self._found.frame:
+        if self.skipped == self._origin.frame:
             self.go_on()
         return True
 
@@ -159,14 +159,14 @@ class Checkpoints:
         """
         self._settings = settings
         self._saver.go_on_with(comm, settings.roles)
-        if self._saver.manages and self._found.lock is None:
-            self._found.lock = taken_over(lambda: folder.Lock(self._found.directory))
+        if self._saver.manages and self._origin.lock is None:
+            self._origin.lock = taken_over(lambda: folder.Lock(self._origin.directory))
 
     def end(self) -> None:
         """Release the directory, and reset the state of the run that was continued."""
         continued.end()
-        if self._found.lock is not None:
-            self._found.lock.release()
+        if self._origin.lock is not None:
+            self._origin.lock.release()
 
     def _manifest(self, frame: int) -> Manifest:
         settings = self._settings
@@ -186,9 +186,9 @@ class Checkpoints:
         )
         if not self._saver.manages:
             return manifest
-        configured = {system.name: system.newborn.kept() for system in self._systems}
-        kept = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.kept()}
-        return manifest.with_kept(kept)
+        configured = {system.name: system.newborn.state() for system in self._systems}
+        state = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.state()}
+        return manifest.with_script_state(state)
 
     def _balancer(self) -> tuple[str, Any] | None:
         """Return class name and attributes of a custom balancer; None if they cannot be saved."""
@@ -217,12 +217,12 @@ class Checkpoints:
         if isinstance(known, bytes):
             if not self._settings.checkpoint.pickles:
                 raise CheckpointError(
-                    f"{self._found.place} holds the state of the balancer {name} as a pickle, which can run "
+                    f"{self._origin.place} holds the state of the balancer {name} as a pickle, which can run "
                     f"any code; if you trust its author, {PICKLES} reads it"
                 )
             known = pickle.loads(known)
         if not isinstance(known, dict):
             raise CheckpointError(
-                f"{self._found.place} is damaged: the state of the balancer {name} is not a dict"
+                f"{self._origin.place} is damaged: the state of the balancer {name} is not a dict"
             )
         return known

@@ -151,17 +151,17 @@ class Steering:
 
     # --- checkpoints
 
-    def kept(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Return the state for a checkpoint, as in the frame before it."""
         camera = None if self._camera is None else self._camera.to_dict()
         return {"values": {**self._left, **self._values}, "camera": camera}
 
-    def restore(self, kept: Mapping[str, Any]) -> None:
+    def restore(self, state: Mapping[str, Any]) -> None:
         """Continue from the state in a checkpoint."""
-        self._left = dict(kept.get("values", {}))
+        self._left = dict(state.get("values", {}))
         for name in [name for name in self._left if name in self.controls]:
             self._put(self._left, name)
-        camera = kept.get("camera")
+        camera = state.get("camera")
         self._camera = self._next = None if camera is None else Pose.read(camera)
 
     def _put(self, left: dict[str, Any], name: str) -> None:

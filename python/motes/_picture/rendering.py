@@ -22,7 +22,7 @@ from . import skies
 from .skies import Gradient, Panorama
 from .solids import Light, Solid, add_to
 
-__all__ = ["LAYERS", "Camera", "Renderer", "kept", "solids_of", "view_of"]
+__all__ = ["LAYERS", "Camera", "Renderer", "frame_arguments", "solids_of", "view_of"]
 
 LAYERS = ("depth", "alpha", "velocity")
 LIGHTS = "a list of motes.Light"
@@ -252,7 +252,7 @@ def solids_of(renderer: Renderer) -> list[Solid]:
     return renderer._solids
 
 
-def kept(view: _core.View, engine: _core.Engine) -> dict[str, Any]:
+def frame_arguments(view: _core.View, engine: _core.Engine) -> dict[str, Any]:
     """Return a `Frame`'s arguments besides its pixels; they fetch data while the engine has the picture.
 
     `view`: the view that was drawn; the renderer may have changed since.

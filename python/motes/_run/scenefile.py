@@ -54,7 +54,11 @@ class Recording:
     def keep(self, engine: _core.Engine, facts: Mapping[str, Any], here: bool) -> None:
         """Store what the world has recorded; `here`: whether this rank writes the file."""
         self.content, self.here = engine.scene_bytes(_texts(facts)), here
-        self.facts = {"frames": engine.kept, "systems": len(facts["systems"]), "bytes": len(self.content)}
+        self.facts = {
+            "frames": engine.recorded_frames,
+            "systems": len(facts["systems"]),
+            "bytes": len(self.content),
+        }
 
     def write(self) -> None:
         """Write the file, whole or not at all."""

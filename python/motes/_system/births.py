@@ -15,7 +15,7 @@ from .._values import arguments
 from .._values.curves import Curve, integrals
 from ..errors import ArgumentError
 from ..shapes import Shape, Union, as_shape, native_of
-from .system_state import SystemState, kept_error
+from .system_state import SystemState, engine_sets
 
 __all__ = ["Births"]
 
@@ -80,8 +80,10 @@ class Births:
                 raise ArgumentError("particles", particles, allowed)
             given = particles.columns() | (columns if position is None else given)
         whole = particles is None and not system.attributes.keys() - COPIES - given.keys()
-        if (by_hand := system.kept & columns.keys()) and not whole:  # `emit(**gathered.columns())` is
-            raise kept_error("emit", min(by_hand))
+        if (
+            by_hand := system.engine_attributes & columns.keys()
+        ) and not whole:  # `emit(**gathered.columns())` is
+            raise engine_sets("emit", min(by_hand))
         arrays: list[tuple[int, NDArray[np.float32]]] = []
         count: int | None = None
         for attribute, values in given.items():

@@ -11,7 +11,7 @@ from ..actions.base import Action, compiled
 from ..actions.between import Contact, compiled_for_clumps, counterpart_of
 from ..actions.targets import Set
 from ..errors import ArgumentError
-from .system_state import SystemState, kept_error
+from .system_state import SystemState, engine_sets
 
 __all__ = ["Listing"]
 
@@ -29,8 +29,8 @@ class Listing:
         system = self._state
         session = system.session
         for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():
-            if name in system.kept:
-                raise kept_error("set", name)
+            if name in system.engine_attributes:
+                raise engine_sets("set", name)
         if moves(action):
             action = at(action, session.time)
         if session.settings.periodic:

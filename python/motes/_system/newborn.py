@@ -23,12 +23,12 @@ class Newborn:
     """A distribution for each attribute that was set; those with curves are evaluated in each frame."""
 
     def __init__(
-        self, name: str, attributes: Mapping[str, tuple[int, int]], kept: Collection[str] = ()
+        self, name: str, attributes: Mapping[str, tuple[int, int]], engine_attributes: Collection[str] = ()
     ) -> None:
         """Store the system's name, each attribute's index and width, and the attributes set by the engine."""
         self._name = name
         self._attributes = attributes
-        self._not_set = {"position", *kept}
+        self._not_set = {"position", *engine_attributes}
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._moving: dict[str, Moving | Value] = {}
@@ -65,15 +65,15 @@ class Newborn:
             self._sort()
         return self._state
 
-    def kept(self) -> tuple[dict[int, bytes], dict[str, Any], list[list[float]]]:
+    def state(self) -> tuple[dict[int, bytes], dict[str, Any], list[list[float]]]:
         """Return the state set so far, for pickling."""
         given = {index: one.to_bytes() for index, one in self._given.items()}
         spheres = [] if self.clump is None else np.asarray(self.clump.spheres).tolist()
         return given, dict(self._moving), spheres
 
-    def restore(self, kept: Sequence[Any]) -> None:
-        """Restore the state that `kept` returned in an earlier run; ({}, {}) resets everything."""
-        given, moving, *spheres = kept
+    def restore(self, state: Sequence[Any]) -> None:
+        """Restore the state that `state` returned in an earlier run; ({}, {}) resets everything."""
+        given, moving, *spheres = state
         self.clump = None
         if spheres and spheres[0]:
             from .._values.clump import as_clump

@@ -18,17 +18,17 @@ from .first_frame import FirstFrame
 from .newborn import Newborn
 from .session import Session
 
-__all__ = ["SystemState", "kept_attributes", "kept_error"]
+__all__ = ["SystemState", "engine_attributes", "engine_sets"]
 
 
-def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
+def engine_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
     """Return name and width of the attributes that the engine adds for periods and ribbons."""
     attributes = [(CROSSINGS, 3)] if periods else []
     return attributes + (_core.trace_attributes(bool(periods)) if sprite.kind == "ribbon" else [])
 
 
-def kept_error(call: str, name: str) -> ArgumentError:
-    """Return the error for a script that sets an attribute of `kept_attributes`."""
+def engine_sets(call: str, name: str) -> ArgumentError:
+    """Return the error for a script that sets an attribute of `engine_attributes`."""
     return ArgumentError(call, name, "an attribute that scripts may set; only the engine sets this one")
 
 
@@ -52,9 +52,11 @@ class SystemState:
         self.attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.columns = columns_of(names)
         native_of(self.sprite, self.columns)  # raises now if the sprite's pick names an unknown column
-        self.kept = frozenset(name for name, _ in kept_attributes(definition["periods"], self.sprite))
+        self.engine_attributes = frozenset(
+            name for name, _ in engine_attributes(definition["periods"], self.sprite)
+        )
         """Attributes that scripts can only read."""
-        self.newborn = Newborn(name, self.attributes, self.kept)
+        self.newborn = Newborn(name, self.attributes, self.engine_attributes)
         self.entries: list[Any] = []
         """This frame's list so far."""
         self.lines: list[script_lines.Line] = []

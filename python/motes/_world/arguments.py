@@ -17,7 +17,7 @@ from .._picture.sprites import Sprite
 from .._run.process import process
 from .._run.settings import RunSettings
 from .._system.system import state_of
-from .._system.system_state import SystemState, kept_attributes
+from .._system.system_state import SystemState, engine_attributes
 from .._values import arguments, environment
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
@@ -243,7 +243,7 @@ def user_attributes(
     """Return name, width and initial value of each attribute, and of those that periods and ribbons add."""
     if not isinstance(attributes, Mapping):
         raise ArgumentError("attributes", attributes, "a dict of names and initial values")
-    added = [(name, width, (0.0, 0.0, 0.0)) for name, width in kept_attributes(periods, sprite)]
+    added = [(name, width, (0.0, 0.0, 0.0)) for name, width in engine_attributes(periods, sprite)]
     taken = {"id", *(name for name, _ in _core.builtin_attributes()), *(name for name, _, _ in added)}
     definitions = []
     for name, value in attributes.items():

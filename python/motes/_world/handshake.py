@@ -29,7 +29,7 @@ from ..errors import ArgumentError, LogError, MotesError, ScriptMismatchError, p
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from .._checkpoint.finding import Found
+    from .._checkpoint.finding import Origin
     from .._live.repeating import Repeated
 
 __all__ = ["Met", "begin", "close", "meet"]
@@ -72,7 +72,7 @@ class Met(NamedTuple):
     """What every rank knows after the handshake."""
 
     settings: RunSettings
-    found: Found | None
+    origin: Origin | None
     """Where the run's checkpoints are, and which one it continues from; None: it has none."""
     repeats: Repeated | None
     """The run whose orders this one repeats, if any."""
@@ -104,21 +104,21 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     repeats = _find_repeated(run, settings)
     if repeats is not None:
         settings = settings._replace(seed=repeats.seed)
-    found = _find_checkpoint(run, settings)
+    origin = _find_checkpoint(run, settings)
     seed = cards[0].wish if settings.seed is None else settings.seed
-    if found is not None and found.manifest is not None:
-        seed = found.manifest.seed
+    if origin is not None and origin.manifest is not None:
+        seed = origin.manifest.seed
     settings = settings.agreed(
         seed=seed,
         threads=run.threads[comm.rank],
-        continued_from=settings.continued_from if found is None else found.frame,
+        continued_from=settings.continued_from if origin is None else origin.frame,
         crowded=are_crowded(places),
     )
     _claim_log(run, settings)
     process.entered += 1
     starts, run.noted = run.noted, open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
     open_worlds.leave(starts)
-    return Met(settings, found, repeats)
+    return Met(settings, origin, repeats)
 
 
 def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
@@ -158,7 +158,7 @@ def _find_repeated(run: OpenRun, settings: RunSettings) -> Repeated | None:
         raise
 
 
-def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
+def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Origin | None:
     """Find the checkpoint that the run continues from; return None if the run takes none."""
     if settings.checkpoint is None:
         return None

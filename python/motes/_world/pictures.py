@@ -8,7 +8,7 @@ from collections.abc import Callable
 from .. import _core
 from .._live.steering import Steering
 from .._picture.frame import Frame, keep_all
-from .._picture.rendering import Renderer, kept, view_of
+from .._picture.rendering import Renderer, frame_arguments, view_of
 from .._system.session import Session
 
 __all__ = ["Pictures"]
@@ -31,6 +31,12 @@ class Pictures:
         """The current renderer."""
         return self._renderer()
 
+    @property
+    def streaks(self) -> bool:
+        """Whether a picture's streaks begin at the camera of the frame before it."""
+        renderer = self._renderer()
+        return renderer is not None and renderer.shutter > 0
+
     def view(self, time: float) -> _core.View:
         """Return the renderer's view at `time` (s), with the viewers' camera if they have moved it."""
         renderer = self._renderer()
@@ -42,7 +48,7 @@ class Pictures:
         """Return the frame with the picture that the engine has drawn of `view`."""
         session, home = self._session, self._session.cast[1]
         pixels = engine.take_pixels(view.width, view.height) if session.rank == home else None
-        frame = Frame(index, time, pixels, **kept(view, engine), home=home, rank=session.rank)
+        frame = Frame(index, time, pixels, **frame_arguments(view, engine), home=home, rank=session.rank)
         if frame:
             self._last = weakref.ref(frame)
         return frame

@@ -141,11 +141,11 @@ class Running:
             self._recovery = Recovery(self, engine, run)
             session.survives = True
         self.viewers.open(met.repeats, engine)
-        if met.found is not None:
+        if met.origin is not None:
             from .._checkpoint.resuming import Checkpoints
 
             steering, secure = self.viewers.steering, Weakly(self._secure)
-            checkpoints = Checkpoints(run, settings, met.found, engine, steering, secure, session.systems)
+            checkpoints = Checkpoints(run, settings, met.origin, engine, steering, secure, session.systems)
             session.earlier = self.loop.checkpoints = checkpoints
         if announce and session.manages:  # whatever `progress` is: without the seed nobody can repeat the run
             tell(f"seed {settings.seed}")
@@ -296,6 +296,8 @@ class Running:
             if self._recovery is not None:
                 self._recovery.tell_unsaved(engine)
             with script_lines.located(session.line_of, lambda: engine.failed_at):
+                if view is None and self.pictures.streaks:
+                    engine.pass_camera(self.pictures.view(session.time))
                 engine.run_frame(view, viewers.steering.agreement())
         finally:
             session.end_conversation(engine)

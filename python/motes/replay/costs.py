@@ -110,7 +110,7 @@ class Costs:
         work = self._work(k, history.acted[k], history.held[k], history.flows(k))
         self._add_births(work, k, history.created[k])
         work.plans = history.plans
-        for n_end, donors, shares, bricks in history.asked(k):
+        for n_end, donors, shares, bricks in history.cut_requests(k):
             self._ask(work, n_end, donors, len(self._own) if shares else 0, bricks)
             if history.decentralised:
                 pairs = {(c, c + 1) for c in donors if c + 1 < len(self._own)}

@@ -143,7 +143,7 @@ class Recorded:
         self._grids = [self._of(run, system) for system in self.systems]
         self._whole(run.name)
         self.acted, self.held, self.created = map(self._sum, ("t_compute_s", "n", "created"))
-        self._asked = {} if run.balance.empty else dict(iter(run.balance.groupby("frame")))
+        self._balance_rows = {} if run.balance.empty else dict(iter(run.balance.groupby("frame")))
         self.decentralised = run.balancer.startswith("Diffusive")
         self.plans = not run.balancer.startswith("Static") and "manager=False" not in run.balancer
         self._moments: dict[tuple[int, int], Moment] = {}
@@ -358,7 +358,7 @@ class Recorded:
         by_system = [self._moment(k, system).flows for system in range(len(self.systems))]
         return [flows for flows in by_system if flows is not None]
 
-    def asked(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
+    def cut_requests(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
         """Return who looked for new cuts at the end of the k-th frame.
 
         Args:
@@ -368,7 +368,7 @@ class Recorded:
             For each system whose cuts a balancer asked for: its particles, the calculators that looked,
             whether they made histograms, and whether domains are bricks.
         """
-        rows = self._asked.get(self.frames[k])
+        rows = self._balance_rows.get(self.frames[k])
         requests: list[tuple[Floats, list[int], bool, bool]] = []
         for name, of_system in () if rows is None else rows.groupby("system"):
             if name not in self.systems:

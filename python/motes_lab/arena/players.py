@@ -49,8 +49,8 @@ def player(text: str, powers: Sequence[float] = (), move_cost: float | None = No
         options.setdefault("powers", list(powers))
     if kind == "CostAware" and move_cost is not None:
         options.setdefault("move_cost", move_cost)
-    made: Balancer = kinds[kind](**options)
-    return made
+    chosen: Balancer = kinds[kind](**options)
+    return chosen
 
 
 def _call(text: str) -> tuple[str, dict[str, Any]]:
@@ -75,16 +75,17 @@ def _of_file(path: Path, name: str, known: dict[str, Any]) -> Balancer:
     module = importlib.util.module_from_spec(spec)
     sys.modules.setdefault(path.stem, module)  # dataclasses and pickles look there
     spec.loader.exec_module(module)
-    found = getattr(module, name, None)
-    made = found
-    if isinstance(found, type) and issubclass(found, Balancer):
-        asked = inspect.signature(found).parameters
-        made = found(**{key: value for key, value in known.items() if key in asked and value is not None})
-    if not isinstance(made, Balancer):
+    balancer = getattr(module, name, None)
+    if isinstance(balancer, type) and issubclass(balancer, Balancer):
+        parameters = inspect.signature(balancer).parameters
+        balancer = balancer(
+            **{key: one for key, one in known.items() if key in parameters and one is not None}
+        )
+    if not isinstance(balancer, Balancer):
         own = [
             key
             for key, value in vars(module).items()
             if isinstance(value, type) and issubclass(value, Balancer)
         ]
         raise ArgumentError("balancer", f"{path}:{name}", f"a subclass of Balancer in {path}", known=own)
-    return made
+    return balancer

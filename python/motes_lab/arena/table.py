@@ -15,7 +15,7 @@ from motes.errors import MotesError
 from .._engine import extras, files
 from .score import Score
 
-__all__ = ["keep", "kept", "league", "league_text", "plot", "require_parquet", "rows", "text"]
+__all__ = ["keep", "league", "league_text", "plot", "require_parquet", "rows", "stored", "text"]
 
 GAME = ("machine", "ranks", "workload", "frames", "particles")
 """What makes two results comparable."""
@@ -156,7 +156,7 @@ def keep(scores: Iterable[Score], path: Path) -> None:
         MotesError: if the file is something else, or needs pyarrow, which is not installed.
     """
     require_parquet(path)
-    found = {tuple(row[name] for name in KEY): row for row in [*kept(path), *rows(scores)]}
+    found = {tuple(row[name] for name in KEY): row for row in [*stored(path), *rows(scores)]}
     with files.whole_path(path) as draft:
         if path.suffix == ".parquet":
             extras.pandas("a league of results").DataFrame(list(found.values())).to_parquet(draft)
@@ -164,7 +164,7 @@ def keep(scores: Iterable[Score], path: Path) -> None:
             draft.write_text("".join(json.dumps(row) + "\n" for row in found.values()))
 
 
-def kept(path: Path) -> list[Row]:
+def stored(path: Path) -> list[Row]:
     """Read a league's file; empty if there is none. Rows of older files, without particles, have 0."""
     if not path.is_file():
         return []

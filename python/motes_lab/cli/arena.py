@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
         table.plot(scores, args.plot)
     if args.league:
         table.keep(scores, args.league)
-        print(f"{args.league}: {len(table.kept(args.league))} results", file=sys.stderr)
+        print(f"{args.league}: {len(table.stored(args.league))} results", file=sys.stderr)
     return 0 if _right(scores) else 1
 
 
@@ -112,7 +112,7 @@ def _ranked(args: argparse.Namespace) -> int:
             raise MotesError(f"--{name} is for playing, but a league alone is only ranked: name a --workload")
     if not args.league.is_file():
         raise MotesError(f"there is no league {args.league} yet: play with --workload to begin it")
-    rows = table.kept(args.league)
+    rows = table.stored(args.league)
     if not rows:
         raise MotesError(f"{args.league} is empty: play with --workload to fill it")
     print_figures(args, {"rows": rows, "league": table.league(rows)}, table.league_text(rows))

@@ -61,13 +61,13 @@ def run(args: argparse.Namespace) -> int:
 
 def _soak(args: argparse.Namespace, case: Case) -> dict[str, Any]:
     start = last = time.monotonic()
-    told = Counter[str]()
+    counts = Counter[str]()
     broken: dict[int, str] = {}
     jobs = args.jobs or len(os.sched_getaffinity(0))
     for done, (seed, happened) in enumerate(_all(case, range(args.first, args.first + args.seeds), jobs), 1):
-        told[happened.pop("kind")] += 1
+        counts[happened.pop("kind")] += 1
         reason = happened.pop("broken")
-        told.update(happened)
+        counts.update(happened)
         if reason:
             broken[seed] = reason
             print(f"seed {seed}: {reason}", file=sys.stderr, flush=True)
@@ -79,7 +79,7 @@ def _soak(args: argparse.Namespace, case: Case) -> dict[str, Any]:
         "first": args.first,
         "broken": len(broken),
         "seeds_broken": sorted(broken),
-        **dict(sorted(told.items())),
+        **dict(sorted(counts.items())),
         "seconds": round(time.monotonic() - start, 1),
     }
 
@@ -122,7 +122,7 @@ def _text(what: str, figures: dict[str, Any]) -> str:
             f"{counts['losses']} with losses of ranks, {counts['restarts']} with restarts, "
             f"{counts['orders']} with neither",
             f"{counts['died']} ranks and jobs died; the run continued after {counts['survived']} of these",
-            f"{counts['told']} runs ended early and gave a reason",
+            f"{counts['reported']} runs ended early and gave a reason",
         ]
     head = f"{figures['seeds']} {'damaged ' * (what == 'files')}{what} in {figures['seconds']:g} s"
     return f"{head}: " + "; ".join([*parts, f"{figures['broken']} broke a promise"])

@@ -25,7 +25,7 @@ ROOM = 1 << 20
 
 @contextmanager
 def deciding(balancer: Balancer, folder: Path) -> Iterator[None]:
-    """Answer for a balancer while the body runs; cpp/driver/asked.h describes the protocol.
+    """Answer for a balancer while the body runs; cpp/driver/piped_policy.h describes the protocol.
 
     An error in `decide` is sent to `motes_replay`, which ends with it, and is raised here at the end.
 
@@ -69,12 +69,12 @@ def _answer(policy: _core.Policy, tables: int, plans: int, failed: list[BaseExce
             if not line.endswith("\n") or len(line) < 2:
                 continue
             try:
-                said = _text(policy.plan(_table(line)))
+                answer = _text(policy.plan(_table(line)))
             except Exception as error:
                 failed.append(error)
                 notes = getattr(error, "__notes__", [])
-                said = "error " + " ".join(" ".join([f"{type(error).__name__}: {error}", *notes]).split())
-            view = memoryview(f"{said}\n".encode())
+                answer = "error " + " ".join(" ".join([f"{type(error).__name__}: {error}", *notes]).split())
+            view = memoryview(f"{answer}\n".encode())
             while view:
                 view = view[os.write(plans, view) :]
 

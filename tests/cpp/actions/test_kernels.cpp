@@ -212,42 +212,33 @@ TEST(actions_give_the_same_bits_in_every_build) {
 }
 
 TEST(births_give_the_same_bits_in_every_build) {
-  using Draw = actions::Distribution;
+  using namespace actions::distributions;
   test::Dice dice(12);
-  std::vector<Draw> draws(3);
-  draws[0].kind = Draw::Kind::value;
-  draws[1].kind = Draw::Kind::uniform;
-  draws[2].kind = Draw::Kind::normal;
-  for (Draw& d : draws) {
-    for (int i = 0; i < 3; ++i) {
-      d.first[i] = dice.between(-2, 0);
-      d.second[i] = dice.between(0, 2);
-    }
+  Uniform uniform;
+  Normal normal;
+  for (int i = 0; i < 3; ++i) {
+    uniform.low[i] = normal.mean[i] = dice.between(-2, 0);
+    uniform.high[i] = normal.sigma[i] = dice.between(0, 2);
   }
-  for (const std::size_t kind : {1u, 2u}) {
-    draws.push_back(draws[kind]);
-    draws.back().alike = true;
-  }
-  for (const Shape& s : all_shapes()) {
-    draws.emplace_back();
-    draws.back().kind = Draw::Kind::shape;
-    draws.back().shape = s;
-  }
+  std::vector<actions::Distribution> draws{Value{{1, -2, 3}}, uniform, normal};
+  uniform.alike = normal.alike = true;
+  draws.insert(draws.end(), {uniform, normal});
+  for (const Shape& s : all_shapes()) draws.emplace_back(InShape{s});
   const auto builds = test::builds();
   for (const std::size_t count : kCounts) {
-    for (const Draw& d : draws) {
+    for (const actions::Distribution& d : draws) {
       for (const int width : {1, 3}) {
-        if (width == 1 && d.kind == Draw::Kind::shape) continue;
+        if (width == 1 && std::holds_alternative<InShape>(d)) continue;
         particles::DrawKeys draws;
         const actions::Step step{0.04f, 0, 0x105u, {static_cast<std::uint32_t>(dice.word()), 3}, 0, &draws};
         const Particles before(count, dice);
         Particles first = before;
         std::vector<float*> components;
-        builds[0].kernels.draw(d, step, first.ids, count, first.block(components).component, width);
+        builds[0].kernels.draw(d, nullptr, step, first.ids, count, first.block(components).component, width);
         builds[0].kernels.jitter(first.block(components), step);
         for (const test::Build& build : builds) {
           Particles other = before;
-          build.kernels.draw(d, step, other.ids, count, other.block(components).component, width);
+          build.kernels.draw(d, nullptr, step, other.ids, count, other.block(components).component, width);
           build.kernels.jitter(other.block(components), step);
           if (!same(first, other)) check::fail("births", static_cast<int>(count), "differ in " + build.name);
         }
@@ -305,13 +296,11 @@ TEST(samples_lie_in_their_shapes) {
   const particles::IdList ids(numbers);
   for (const Kind kind : {Kind::box, Kind::sphere}) {
     const Shape s = all_shapes()[static_cast<std::size_t>(kind)];
-    actions::Distribution d;
-    d.kind = actions::Distribution::Kind::shape;
-    d.shape = s;
+    const actions::distributions::InShape d{s};
     std::vector<std::vector<float>> planes(3, std::vector<float>(count + 16));
     float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
     particles::DrawKeys draws;
-    builds.back().kernels.draw(d, {0, 0, 1, {1, 2}, 0, &draws}, ids, count, into, 3);
+    builds.back().kernels.draw(d, nullptr, {0, 0, 1, {1, 2}, 0, &draws}, ids, count, into, 3);
     // Enlarged by a few rounding errors, since a sample may lie on the surface.
     Shape grown = s;
     if (kind == Kind::sphere) {

@@ -47,9 +47,7 @@ recording::Source source(double rate, float half, float speed) {
   source.shape = {shapes::Kind::box, {-3, 0.1f, -half, 2, 1, half}};
   source.rate = 24 * rate;
   source.jitter = true;
-  actions::Distribution velocity;
-  velocity.kind = actions::Distribution::Kind::shape;
-  velocity.shape = {shapes::Kind::sphere, {0, -3, 0, speed}};
+  const actions::distributions::InShape velocity{{shapes::Kind::sphere, {0, -3, 0, speed}}};
   source.state = {{particles::velocity, velocity}};
   return source;
 }

@@ -28,9 +28,10 @@ void no_light(const image::TilePlanes&, const image::Splat&, const unsigned char
 
 // Rows of tiles that are shown before showing one breaks.
 int rows_to_go = 0;
-void no_tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to) {
+void no_tone(const std::uint32_t* light, std::size_t count, int x, int y, const std::uint16_t* table,
+             std::uint8_t* to) {
   if (--rows_to_go < 0) throw std::runtime_error("the brush broke");
-  image::splat_lanes().tone(light, count, table, to);
+  image::splat_lanes().tone(light, count, x, y, table, to);
 }
 
 struct Fault {

@@ -55,9 +55,7 @@ void record(engine::Engine& engine, int system) {
   recording::Source source;
   source.shape = {shapes::Kind::box, {-30, -3, -1, 30, 3, 1}};
   source.rate = 24 * 400;
-  actions::Distribution velocity;
-  velocity.kind = actions::Distribution::Kind::shape;
-  velocity.shape = {shapes::Kind::box, {-20, 0, 0, 20, 1, 1}};
+  const actions::distributions::InShape velocity{{shapes::Kind::box, {-20, 0, 0, 20, 1, 1}}};
   source.state = {{particles::velocity, velocity}};
   engine.record(system, source);
   engine.record(system, actions::make(actions::numbers::move<>{.rotational = 1}));

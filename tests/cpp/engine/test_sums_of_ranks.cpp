@@ -85,9 +85,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
       recording::Burst burst;
       burst.shape = {shapes::Kind::box, {-10, -3, -1, 10, 3, 1}};
       burst.count = 500;
-      actions::Distribution velocity;
-      velocity.kind = actions::Distribution::Kind::shape;
-      velocity.shape = {shapes::Kind::box, {-90, 0, 0, 90, 1, 1}};
+      const actions::distributions::InShape velocity{{shapes::Kind::box, {-90, 0, 0, 90, 1, 1}}};
       burst.state = {{particles::velocity, velocity}};
       engine.record(0, burst);
       engine.record(1, burst);

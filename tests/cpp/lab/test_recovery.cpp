@@ -51,7 +51,7 @@ TEST(no_disaster_breaks_a_promise) {
       check::fail(__FILE__, __LINE__, "seed " + std::to_string(seed) + ": " + disaster.broken);
     if (disaster.kind == Disaster::Kind::losses && disaster.survived > 0) ++losses;
     if (disaster.kind == Disaster::Kind::restarts && disaster.survived > 0) ++restarts;
-    if (disaster.told) ++told;
+    if (disaster.reported) ++told;
   }
   CHECK(losses > 15 && restarts > 7 && told < 12);
 }
@@ -60,7 +60,7 @@ TEST(a_disaster_is_the_same_each_time) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Disaster first = soak::disaster(seed), second = soak::disaster(seed);
     CHECK(first.kind == second.kind && first.died == second.died && first.survived == second.survived);
-    CHECK(first.told == second.told);
+    CHECK(first.reported == second.reported);
   }
 }
 

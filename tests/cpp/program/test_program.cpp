@@ -253,11 +253,8 @@ TEST(program_of_nothing_does_nothing) {
 TEST(births_depend_on_their_numbers_alone) {
   Source source;
   source.shape = ball(2);
-  Given velocity{particles::velocity, {}};
-  velocity.distribution.kind = actions::Distribution::Kind::normal;
-  for (float& sigma : velocity.distribution.second) sigma = 1;
-  Given color{particles::color, {}};
-  color.distribution.first[0] = 0.5f;
+  const Given velocity{particles::velocity, actions::distributions::Normal{{}, {1, 1, 1}}};
+  const Given color{particles::color, actions::distributions::Value{{0.5f}}};
   source.state = {velocity, color};
   source.jitter = true;
   const Store whole = make(source, kSchema, kKey, 100, 1000, 0.1f);
@@ -277,10 +274,7 @@ TEST(births_are_made_by_any_numbers_in_any_order) {
   emit.columns = {{particles::position, std::vector<float>(300)}, {particles::mass, std::vector<float>(100)}};
   std::iota(emit.columns[0].values.begin(), emit.columns[0].values.end(), 0.0f);
   std::iota(emit.columns[1].values.begin(), emit.columns[1].values.end(), 1000.0f);
-  Given color{particles::color, {}};
-  color.distribution.kind = actions::Distribution::Kind::uniform;
-  for (float& most : color.distribution.second) most = 1;
-  emit.state = {color};
+  emit.state = {{particles::color, actions::distributions::Uniform{{}, {1, 1, 1}}}};
   const Store whole = make(emit, kSchema, kKey, 7000, 100, 0.1f);
   std::vector<std::uint64_t> odd, even;  // descending
   for (std::uint64_t number = 100; number-- > 0;) (number % 2 != 0 ? odd : even).push_back(7000 + number);
@@ -303,8 +297,7 @@ TEST(births_are_checked) {
   emit.columns = {{particles::position, {1, 2, 3}}};
   CHECK_THROWS(recording::check(emit, kSchema), std::invalid_argument);
   Burst given;
-  given.state = {{particles::mass, {}}};
-  given.state[0].distribution.kind = actions::Distribution::Kind::shape;
+  given.state = {{particles::mass, actions::distributions::InShape{}}};
   CHECK_THROWS(recording::check(given, kSchema), std::invalid_argument);
 }
 

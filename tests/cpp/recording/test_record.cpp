@@ -41,10 +41,7 @@ Record rich_record() {
   source.shape = a_shape(shapes::Kind::box);
   source.rate = 123.5;
   source.jitter = true;
-  Given velocity{particles::velocity, {}};
-  velocity.distribution.kind = actions::Distribution::Kind::shape;
-  velocity.distribution.shape = a_shape(shapes::Kind::sphere);
-  source.state = {velocity};
+  source.state = {{particles::velocity, actions::distributions::InShape{a_shape(shapes::Kind::sphere)}}};
   Emit emit;
   emit.count = 2;
   emit.columns = {{particles::position, {1, 2, 3, 4, 5, 6}}};
@@ -99,8 +96,10 @@ std::vector<std::function<void(Record&)>> changes() {
       [=](Record& r) { source(r).shape.number[5] += 1; },
       [=](Record& r) { source(r).shape.kind = shapes::Kind::line; },
       [=](Record& r) { source(r).state[0].attribute = particles::color; },
-      [=](Record& r) { source(r).state[0].distribution.kind = actions::Distribution::Kind::normal; },
-      [=](Record& r) { source(r).state[0].distribution.second[1] = 2; },
+      [=](Record& r) { source(r).state[0].distribution = actions::distributions::Normal{}; },
+      [=](Record& r) {
+        std::get<actions::distributions::InShape>(source(r).state[0].distribution).shape.number[3] = 9;
+      },
       [=](Record& r) { emit(r).columns[0].values[4] = 0; },
       [=](Record& r) { emit(r).count = 3; },
       [=](Record& r) { action(r, 1).numbers[1] = -9.81; },

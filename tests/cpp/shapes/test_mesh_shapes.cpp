@@ -56,12 +56,10 @@ Points drawn(const actions::Kernels& kernels, const Shape& shape, std::size_t n,
   for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = first + i;
   Points points(n);
   float* into[3] = {points.plane[0].data(), points.plane[1].data(), points.plane[2].data()};
-  actions::Distribution d;
-  d.kind = actions::Distribution::Kind::shape;
-  d.shape = shape;
+  const actions::distributions::InShape d{shape};
   particles::DrawKeys draws;
-  kernels.draw(d, {0, 0, particles::user_sample, particles::system_key(5, 0), 0, &draws}, particles::IdList(ids), n,
-               into, 3);
+  kernels.draw(d, nullptr, {0, 0, particles::user_sample, particles::system_key(5, 0), 0, &draws},
+               particles::IdList(ids), n, into, 3);
   return points;
 }
 

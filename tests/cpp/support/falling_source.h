@@ -10,9 +10,7 @@ inline motes::recording::Source falling_source(double per_frame) {
   motes::recording::Source source;
   source.shape = {motes::shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
   source.rate = 24 * per_frame;
-  motes::actions::Distribution velocity;
-  velocity.kind = motes::actions::Distribution::Kind::shape;
-  velocity.shape = {motes::shapes::Kind::sphere, {1, -4, 0, 6}};
+  const motes::actions::distributions::InShape velocity{{motes::shapes::Kind::sphere, {1, -4, 0, 6}}};
   source.state = {{motes::particles::velocity, velocity}};
   return source;
 }

@@ -16,6 +16,6 @@ namespace motes::driver {
 /// Each answer is a line in the pipe `plans`: "shares" and N numbers, "orders" and any number of "from to count", or
 /// "error" and its text. Only the manager opens the pipes. Throws std::runtime_error if the file cannot be read;
 /// planning throws it if nobody answers.
-balance::PolicyPtr asked(const std::string& directory);
+balance::PolicyPtr open_piped_policy(const std::string& directory);
 
 }  // namespace motes::driver

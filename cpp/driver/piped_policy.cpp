@@ -1,4 +1,4 @@
-#include "driver/asked.h"
+#include "driver/piped_policy.h"
 
 #include <fcntl.h>
 #include <pthread.h>
@@ -99,9 +99,9 @@ class Pipes {
   int plans_ = -1;
 };
 
-class Asked : public balance::Policy {
+class PipedPolicy : public balance::Policy {
  public:
-  explicit Asked(std::string directory) : directory_(std::move(directory)) {
+  explicit PipedPolicy(std::string directory) : directory_(std::move(directory)) {
     std::ifstream file(directory_ + "/facts");
     std::string over;
     if (!std::getline(file, name_) || !(file >> speeds.smoothing >> over) || (over != "all" && over != "system"))
@@ -139,6 +139,6 @@ class Asked : public balance::Policy {
 
 }  // namespace
 
-balance::PolicyPtr asked(const std::string& directory) { return std::make_shared<const Asked>(directory); }
+balance::PolicyPtr open_piped_policy(const std::string& directory) { return std::make_shared<const PipedPolicy>(directory); }
 
 }  // namespace motes::driver

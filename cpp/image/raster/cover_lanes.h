@@ -2,7 +2,6 @@
 // once in two cycles, whatever the width: a block of 16 weights in two rows costs a third of one row's light.
 #pragma once
 
-#include "image/raster/cover.h"
 #include "image/raster/patch_lanes.h"
 #include "image/raster/stamps.h"
 

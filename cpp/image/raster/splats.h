@@ -8,7 +8,6 @@
 #include "image/layout.h"
 #include "image/light/image_levels.h"
 #include "image/light/surface_light.h"
-#include "image/raster/cover.h"
 #include "image/raster/stamps.h"
 
 namespace motes::image {

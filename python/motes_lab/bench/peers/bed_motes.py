@@ -35,7 +35,7 @@ class Bed:
             seed=1, dt=steps * bed["step"], substeps=steps, periodic=periodic, progress="off", threads=1
         )
         self.system: System = self.world.system("grains", attributes={"fixed": 1} if bed["fixed"] else {})
-        self._moves = {"where": ex.column("fixed") == 0} if bed["fixed"] else {}
+        self._moves: dict[str, Any] = {"where": ex.column("fixed") == 0} if bed["fixed"] else {}
         self._places = places
 
     def start(self) -> None:

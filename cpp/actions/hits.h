@@ -53,7 +53,8 @@ __attribute__((noinline)) inline void note_hits(const actions::Block& b, std::si
                                                 const Hits& hits, const Floats3& start) {
   float* const count = b.component[kHitAt] + i;
   float* const stamp = b.component[kLandingAt + 3] + i;
-  store(count, load(count) + only(mask, hits.count));
+  const Floats before = load(count);
+  store(count, select(mask, before + hits.count, before));
   store3(b, kHitNormalAt, i, select(mask, hits.normal, load3(b, kHitNormalAt, i)));
   const Mask unmoved = largest(hits.place - start) <= largest(start) * kUnmoved;
   store3(b, kLandingAt, i, select(mask, select(unmoved, start, hits.place), load3(b, kLandingAt, i)));

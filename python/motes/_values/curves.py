@@ -121,7 +121,11 @@ class Curve(Value, Moving):
         return list(zip(*columns, strict=True))
 
     def in_vector(self, components: Sequence[Any]) -> Curve:
-        """Return the curve of a vector of which this curve is a component."""
+        """Return the curve of a vector of which this curve is a component.
+
+        Args:
+            components: 2 to 4 numbers or curves of numbers, this one among them.
+        """
         return Joined(components)
 
     def integral(self, low: float, high: float) -> float:

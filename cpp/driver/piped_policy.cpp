@@ -139,6 +139,8 @@ class PipedPolicy : public balance::Policy {
 
 }  // namespace
 
-balance::PolicyPtr open_piped_policy(const std::string& directory) { return std::make_shared<const PipedPolicy>(directory); }
+balance::PolicyPtr open_piped_policy(const std::string& directory) {
+  return std::make_shared<const PipedPolicy>(directory);
+}
 
 }  // namespace motes::driver

@@ -242,7 +242,8 @@ std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
   for (std::size_t side = 0; side < in_.count(); ++side) {
     KeptGhosts& ghosts_here = kept_ghosts(side);
     if (!ghosts_here.sent.contains(target)) continue;
-    const std::uint64_t changed = put_changes(action_.reads(side), in_.population(side).store, target, ghosts_here, bytes);
+    const std::uint64_t changed =
+        put_changes(action_.reads(side), in_.population(side).store, target, ghosts_here, bytes);
     in_.population(side).interaction.ghosts += changed;
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(changed));
     count += changed;

@@ -64,7 +64,8 @@ void lose_ranks(Random& random, const Story& story, const Way& way, Disaster& di
   disaster.reported = !played.end.empty();
   disaster.broken = played.broken;
   const bool before = played.end.starts_with(kUnstarted);
-  if (disaster.reported && !before && deaths == 1) disaster.broken = "the loss of one rank ended the run: " + played.end;
+  if (disaster.reported && !before && deaths == 1)
+    disaster.broken = "the loss of one rank ended the run: " + played.end;
   if (!disaster.broken.empty() || disaster.reported || disaster.died == way.ranks) return;
   disaster.broken = compared(film, model_of(story));
 }

@@ -20,9 +20,7 @@ void record_frame(engine::Engine& engine, int sparks) {
   recording::Source source;
   source.shape = disc();
   source.rate = 24 * 500;
-  actions::Distribution upwards;
-  upwards.kind = actions::Distribution::Kind::shape;
-  upwards.shape = sphere(0, 5, 0, 1.5f);
+  const actions::distributions::InShape upwards{sphere(0, 5, 0, 1.5f)};
   source.state = {{particles::velocity, upwards}};
   engine.record(sparks, source);
   namespace numbers = actions::numbers;

@@ -76,6 +76,7 @@ SCENES: dict[str, Callable[[Scale], dict[str, Any]]] = {
         "friction": 0.3,
         "min_tangential_speed": s.of(0.1, 1, -1),
         "exact_hit": True,
+        "hits": False,
     },
     "Collide": lambda s: {
         "radius": s.of(0.15, 1),
@@ -183,6 +184,7 @@ SCENES: dict[str, Callable[[Scale], dict[str, Any]]] = {
     "RandomRotationalVelocity": lambda s: {"shape": s.box(-1, 2, 0, -1)},
     "RandomVelocity": lambda s: {"shape": s.box(-1, 2, 1, -1)},
     "Restore": lambda s: {"time_left": s.of(1.5, 0, 1), "position": True, "up": False},
+    "Rest": lambda s: {"speed": s.of(0.5, 1, -1), "angle_deg": 20},
     "RotationalDamping": lambda s: {
         "damping": damp(s),
         "min_speed": s.of(0.1, 0, -1),
@@ -238,7 +240,8 @@ SCALES = {
     "thousands of kilometres": (20, 4, 60),
 }
 TOO_SMALL = {
-    ("Bounce", "nanometres"): "off the surface by 0.4 % of the path, not by a part of the coordinates",
+    (name, "nanometres"): "off the surface by 0.4 % of the path, not by a part of the coordinates"
+    for name in ("Bounce", "Rest")
 }
 EXTREME = ("nanometres", "thousands of kilometres")  # where a number may be refused at the call
 
@@ -250,7 +253,9 @@ def run(name: str, scale: Scale) -> motes.Particles:
     spin, copies = dice.uniform(-2, 2, (2, COUNT, 3)).astype(np.float32)
     world = motes.World(seed=5, dt=scale.of(DT, 0, 1), substeps=2, progress="off")
     s = world.system("s")
-    action = getattr(actions, name)(**SCENES[name](scale))
+    listed = [getattr(actions, name)(**SCENES[name](scale))]
+    if name == "Rest":
+        listed.insert(0, actions.Bounce(**SCENES["Bounce"](scale) | {"hits": True}))
     with world:
         for frame in world.frames(3):
             if frame == 0:
@@ -263,7 +268,7 @@ def run(name: str, scale: Scale) -> motes.Particles:
                     lifetime=scale.of(np.full(COUNT, np.float32(0.5)), 0, 1),
                     position_b=scale.of(copies, 1),
                 )
-            s.apply([action])
+            s.apply(listed)
             if name != "Move":
                 s.move()
             world.step()

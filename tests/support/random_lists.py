@@ -260,7 +260,7 @@ TYPED: dict[str, st.SearchStrategy[Any]] = {
     "bool": st.booleans(),
     "ArrayLike": triples(-2, 2),
     "float | None": numbers(0, 3),
-    "Sequence[Shape]": st.sampled_from(
+    "Sequence[Shape | tuple[Shape, Wall]]": st.sampled_from(
         [
             "()",
             "(Plane((0, -1, 0), (0, 1, 0)),)",

@@ -145,7 +145,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     meetings = names.add_parser("meetings", help="what actions between particles cost")
     meetings.add_argument("--particles", type=positive, default=400_000)
     meetings.add_argument("--repeats", type=positive, default=7)
-    compare = names.add_parser("compare", help="this install and another one in turn: what became slower")
+    compare = names.add_parser(
+        "compare",
+        example=".venv-old/bin/python",
+        help="this install and another one in turn: what became slower",
+    )
     compare.add_argument("old_python", metavar="OLD_PYTHON", help="the Python of the other install")
     compare.add_argument("--rounds", type=positive, default=7, help="turns of each install")
     compare.add_argument("--only", nargs="+", choices=_COMPARED, help="only these benchmarks")

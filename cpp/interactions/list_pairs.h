@@ -86,6 +86,7 @@ inline interactions::Worn measure_wear(const interactions::WearTask& task) {
     const Floats3 x{column(task.at[0], i), column(task.at[1], i), column(task.at[2], i)};
     const Floats3 before{load(task.listed[0] + i), load(task.listed[1] + i), load(task.listed[2] + i)};
     const Floats3 way = shortest(x - before, *task.ends);
+    // NOLINTNEXTLINE(misc-redundant-expression): NaN
     const Mask numbers = (x.x == x.x) & (x.y == x.y) & (x.z == x.z) & here;
     Floats radius = all(task.given);
     if (!(task.given > 0)) radius = max(0.5f * column(task.size, i), Floats{});

@@ -92,7 +92,7 @@ void NearPairs::find(TouchTask task, float reach, const std::vector<std::size_t>
   });
   count_ = 0;
   for (std::size_t part = 0; part < found.size(); ++part) {
-    const std::size_t from = listed[parts[part]] + part * particles::kPadding;
+    const auto from = static_cast<std::ptrdiff_t>(listed[parts[part]] + part * particles::kPadding);
     for (std::vector<std::uint32_t>* column : {&links_.first, &links_.second, &links_.pair})
       std::copy_n(column->begin() + from, found[part], column->begin() + count_);
     count_ += found[part];

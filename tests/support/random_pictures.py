@@ -135,7 +135,7 @@ def picture_script(draw: st.DrawFn) -> str:
             "alpha": draw(st.sampled_from(["Uniform(0, 1)", "0.1", "1"])),
         }
         body.append(f"{name}.configure({', '.join(f'{key}={value}' for key, value in states.items())})")
-        body.append(f"{name}.burst(Sphere((0, 0, 0), 2), count={draw(st.sampled_from([1, 60, 600]))})")
+        body.append(f"{name}.burst(Sphere((0, 0, 0), 2), count={draw(st.sampled_from([1, 8, 60]))})")
         if draw(st.integers(0, 7)) == 0:  # the sum of light is limited to some 4000
             body.append(f"{name}.burst((0.1, 0.2, 0), count=3000)")
         body.append(f"{name}.move()")

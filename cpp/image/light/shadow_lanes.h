@@ -75,7 +75,7 @@ MOTES_INLINE InBox box_of_caster(const image::ShadowSpace& space, const InLattic
   return finest_box(space, at, [&](int box, Floats column, Floats row, Floats layer) __attribute__((always_inline)) {
     constexpr float kColumns = image::kShadowColumns, kLayers = image::kShadowLayers;
     const Floats wide = width * (1.0f / static_cast<float>(1 << box));
-    Mask inside = (layer >= 0.5f) & (layer <= kLayers - 0.5f);
+    const Mask inside = (layer >= 0.5f) & (layer <= kLayers - 0.5f);
     if (box + 1 == image::kShadowBoxes) {
       return inside & (column >= 0.0f) & (column <= kColumns) & (row >= 0.0f) & (row <= kColumns);
     }

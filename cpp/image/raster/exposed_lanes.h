@@ -49,11 +49,9 @@ template <class Kind>
 MOTES_INLINE void expose(const Kind& kind, const image::WideSplat& task, const ExposedShifts& shift, int number) {
   const image::ExposedTile& to = *task.memory.exposed;
   const WideSprite& s = kind.s;
-  float box_x = kind.box_x(), box_y = kind.box_y();
-  if constexpr (requires { kind.uneven(to.blur); }) {
-    box_x += kind.uneven(to.blur);
-    box_y += kind.uneven(to.blur);
-  }
+  float uneven = 0;  // NOLINT(misc-const-correctness): of kinds whose parts are at other depths
+  if constexpr (requires { kind.uneven(to.blur); }) uneven = kind.uneven(to.blur);
+  const float box_x = kind.box_x() + uneven, box_y = kind.box_y() + uneven;
   const int above = floor_of(s.y + shift.above - box_y), below = floor_of(s.y + shift.below + box_y) + 1;
   const int left = floor_of(s.x + shift.left - box_x), right = floor_of(s.x + shift.right + box_x) + 1;
   const int first = above > 0 ? above : 0, last = below < task.rows - 1 ? below : task.rows - 1;
@@ -65,6 +63,7 @@ MOTES_INLINE void expose(const Kind& kind, const image::WideSplat& task, const E
     image::NearestSurface* const surfaces =
         to.surfaces[number] + static_cast<std::ptrdiff_t>(row) * image::kPixelStride;
     for (int column = begin; column <= end; column += kWidth) {
+      // NOLINTNEXTLINE(misc-const-correctness): kinds whose parts are at other depths change them
       Floats x = numbers_from(column) - s.x - aside, y = static_cast<float>(row) - s.y - down;
       if constexpr (requires { kind.nearness(x, y); }) {
         if (to.blur > 0) {  // its parts are at other depths, and move otherwise

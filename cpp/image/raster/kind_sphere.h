@@ -150,10 +150,12 @@ struct LitSphere : Sphere {
     depth = -place.z;
     middle = times(place, 1 / depth);
   }
+  // NOLINTBEGIN(bugprone-derived-method-shadowing-base-method): kernels know the kind when they are compiled
   MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * s.light; }
   MOTES_INLINE float usual_sum() const {
     return (blur > 0 ? blurred_area() * s.light : total() * finer) * kPixelWeight;
   }
+  // NOLINTEND(bugprone-derived-method-shadowing-base-method)
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
   MOTES_OUTLINE void weigh(Patch<4>& p) const {

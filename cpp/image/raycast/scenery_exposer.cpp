@@ -27,7 +27,8 @@ void SceneryExposer::begin(const Scenery& scenery) {
   for (auto& phases : shots_) {
     for (Shot& shot : phases) shot.scene.reset();
   }
-  for (auto* floats : {&x_, &y_, &light_[0], &light_[1], &light_[2]}) floats->resize(kInPhase + kRoom);
+  for (auto* places : {&x_, &y_}) places->resize(kInPhase + kRoom);
+  for (auto& channel : light_) channel.resize(kInPhase + kRoom);
   for (auto* words : {&depth_, &shadows_}) words->resize(kInPhase + kRoom);
   sums_.resize(3 * (kInPhase + kRoom));
 }
@@ -59,7 +60,8 @@ void SceneryExposer::expose(int number, const Area& area, std::uint32_t* light, 
   for (int phase = 0; phase < kPhases; ++phase) {
     Shot& shot = this->shot(number, phase);
     const std::size_t count = place(shot, area, phase);
-    const double left = double{area.x} + double{shot.move_x}, top = double{area.y} + double{shot.move_y};
+    const double left = static_cast<double>(area.x) + double{shot.move_x};
+    const double top = static_cast<double>(area.y) + double{shot.move_y};
     const CastView& view = shot.scene->aim(left, top, left + area.width, top + area.height);
     const bool empty = view.count == 0 && !shot.scene->has_sky();
     if (!empty) {

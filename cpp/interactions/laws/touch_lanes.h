@@ -44,7 +44,7 @@ MOTES_INLINE Four load_four(const float* from) {
 inline bool strays(const interactions::PlaceTask& task, const Grain& grain, const Course& course) {
   float way2 = 0;
   for (int c = 0; c < 3; ++c) {
-    if (grain.at[c] != grain.at[c]) return false;
+    if (grain.at[c] != grain.at[c]) return false;  // NOLINT(misc-redundant-expression): NaN
     const float way = shortest(grain.at[c] - course.at[c], *task.ends, c) - course.step[c] * task.age;
     way2 += way * way;
   }

@@ -34,6 +34,7 @@ struct Listed {
   interactions::Column sizes() {
     diameters = flock.column[interactions::radius];
     for (float& diameter : diameters) diameter *= 2;
+    diameters.resize(diameters.size() + particles::kPadding);
     return {diameters.data(), nullptr, 0};
   }
 

@@ -218,6 +218,7 @@ inline Heard touched(interactions::NeighbourList& list, const Law& law, const Fl
                      motes::threads::Pool& pool) {
   std::vector<float> size = flock.column[interactions::radius], mass = flock.column[interactions::mass];
   for (float& diameter : size) diameter *= 2;
+  for (std::vector<float>* values : {&size, &mass}) values->resize(values->size() + motes::particles::kPadding);
   const auto column = [&](const std::vector<float>& values) {
     return interactions::Column{values.data(), values.data() + flock.own, 0};
   };

@@ -101,6 +101,12 @@ bool worth_a_table(const Row& row, std::uint32_t particles) {
 
 }  // namespace
 
+std::vector<std::uint32_t> Cells::places() const {
+  std::vector<std::uint32_t> places(order_.size());
+  for (std::uint32_t k = 0; k < places.size(); ++k) places[order_[k]] = k;
+  return places;
+}
+
 void Cells::sort(const Crowd& crowd, double edge, threads::Pool& pool) {
   const Range range = number_cells(crowd, edge, pool);
   sort_cells(range, pool);

@@ -72,6 +72,8 @@ class Cells {
 
   std::size_t size() const { return order_.size(); }
   const std::vector<std::uint32_t>& order() const { return order_; }
+  /// Returns the inverse of order(): the place of each particle.
+  std::vector<std::uint32_t> places() const;
   const std::vector<Row>& rows() const { return rows_; }
   /// Returns a view; `own` as in the crowd that was sorted.
   CellsView view(std::size_t own) const;

@@ -85,14 +85,10 @@ struct Task {
   float reach = 0;  // sources farther away are ignored
   float dt = 0;
   int side = 0;  // 0: targets are among the sources; 1, 2: targets are of the first or second of two systems
-  std::uint32_t now = 0;  // number of the sub-step, from 1
   bool radii = false, masses = false;  // whether particles have individual radii and masses: Law::uniform
-  bool sums_alone = false;  // leave the particles' own velocity and spin out of the results
   bool fast = false;  // whether predicted displacements may have been cut off: see step_limit
   double gravity = 0;  // see Collisions
   float* const* out = nullptr;  // the law's results, planes by place
-  PairsView pairs = {};  // pairs of this rank's own particles, if Law::remembers
-  const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
   std::size_t first_row = 0, last_row = 0;  // rows of targets
   KernelStats* stats = nullptr;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "interactions/overlap.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
@@ -144,12 +145,9 @@ std::uint64_t NearPairs::act(TouchTask task, float reach, const Cells& cells, th
 }
 
 float NearPairs::overlap_99(const Cells& cells, std::size_t own, const Ends& ends) const {
-  constexpr std::size_t kLooked = 1024;
-  const std::size_t stride = 1 + own / kLooked;
-  std::vector<float> found;
-  std::size_t number = 0;
+  Overlaps overlaps(own);
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    if (cells.order()[k] >= own || number++ % stride != 0) continue;
+    if (cells.order()[k] >= own || !overlaps.takes_next()) continue;
     links_.each(k, [&](const NearLinks::Seen& seen) {
       const Grain &a = grains_[k], &b = grains_[seen.other];
       float d2 = 0;
@@ -158,14 +156,10 @@ float NearPairs::overlap_99(const Cells& cells, std::size_t own, const Ends& end
         const float r = way > ends.half[c] ? way - ends.length[c] - ends.rest[c] : way;
         d2 += r * r;
       }
-      const float reach = a.radius + b.radius;
-      if (d2 < reach * reach) found.push_back(1 - std::sqrt(d2) / reach);
+      overlaps.add(d2, a.radius + b.radius);
     });
   }
-  if (found.empty()) return 0;
-  const auto at = found.begin() + static_cast<std::ptrdiff_t>((found.size() - 1) * 99 / 100);
-  std::nth_element(found.begin(), at, found.end());
-  return *at;
+  return overlaps.percentile_99();
 }
 
 }  // namespace motes::interactions

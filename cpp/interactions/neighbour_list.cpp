@@ -256,8 +256,7 @@ void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres,
 void NeighbourList::drop_pairs(const Crowd& crowd, const std::vector<std::uint32_t>& originals) {
   const std::vector<std::uint32_t>& order = cells_.order();
   const std::size_t originals_from = crowd.size() - originals.size();
-  std::vector<std::uint32_t> place_of(originals.empty() ? 0 : order.size());
-  for (std::uint32_t k = 0; k < place_of.size(); ++k) place_of[order[k]] = k;
+  const auto place_of = originals.empty() ? std::vector<std::uint32_t>() : cells_.places();
   std::uint32_t kept = 0, first = 0;
   for (std::uint32_t k = 0; k < ids_.size(); ++k) {
     const std::uint32_t end = begin_[k + 1];

@@ -27,7 +27,7 @@ class Colliding : public Sweeping {
   }
 
   void finish(InteractionCounts& seen) override {
-    if (meeting_.step.last) seen.overlap_99 = overlaps(false);
+    if (meeting_.step.last) seen.overlap_99 = overlaps();
   }
 
   bool is_newborn(std::size_t s, std::uint64_t id) const { return id >= side(s).collisions.newborn_from; }

@@ -121,8 +121,7 @@ void SphereSweep::build(const Crowd& crowd, const GrainColumns& grains, float re
   std::vector<float> columns[4];
   const std::vector<std::uint32_t>& order = list_.cells().order();
   for (std::vector<float>& column : columns) column.resize(padded(order.size()));
-  std::vector<std::uint32_t> place_of(order.size());
-  for (std::uint32_t k = 0; k < order.size(); ++k) place_of[order[k]] = k;
+  const auto place_of = images.originals.empty() ? std::vector<std::uint32_t>() : list_.cells().places();
   for (std::size_t k = 0; k < order.size(); ++k) {
     const bool image = order[k] >= crowd.size();
     const std::size_t number = image ? order[k] - crowd.size() : 0;

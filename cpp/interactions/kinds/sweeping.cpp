@@ -61,10 +61,6 @@ void Sweeping::gather(std::size_t s) {
   const std::vector<Column> columns = columns_of(read_by(action()), side(s));
   now_[s] = crowds_[s] = crowd_of(side(s), columns);
   if (law_.looks_ahead) look_ahead(s, columns);
-  sort(s, columns);
-}
-
-void Sweeping::sort(std::size_t s, const std::vector<Column>& columns) {
   party(s).cells.sort(crowds_[s], static_cast<double>(reach_) * (1 + kMargin), *meeting_.pool);
   arrange_all(s, columns);
 }
@@ -95,27 +91,22 @@ void Sweeping::arrange_positive(std::size_t s, int to, const Column& column) {
 
 void Sweeping::arrange_radii(std::size_t s, const Column& sizes) {
   const float given = given_radius(action(), s == 1);
-  const Crowd& crowd = crowds_[s];
+  const std::size_t count = crowds_[s].size();
   std::vector<float>& values = party(s).column[radius];
-  if (given > 0 && !gives_own_radii_alone()) {
-    values.assign(padded(crowd.size()), given);
+  if (given > 0) {
+    values.assign(padded(count), given);
     return;
   }
   arrange(s, radius, sizes);
-  const std::vector<std::uint32_t>& order = cells(s).order();
-  for (std::size_t i = 0; i < crowd.size(); ++i)
-    values[i] = given > 0 && order[i] < crowd.own ? given : radius_of_size(values[i]);
+  for (std::size_t i = 0; i < count; ++i) values[i] = radius_of_size(values[i]);
 }
 
-// Arranges inverse masses. A particle whose mass is 0 or NaN never pushes others, or has no contacts
-// (Law::skips_massless).
+// Arranges inverse masses. A particle whose mass is 0 or NaN never pushes others.
 void Sweeping::arrange_masses(std::size_t s, const Column& masses) {
   arrange(s, inverse_mass, masses);
   std::vector<float>& values = party(s).column[inverse_mass];
   for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
-    const bool heavy = values[i] >= kLeastMass;
-    if (!heavy && law_.skips_massless) party(s).column[radius][i] = 0;
-    values[i] = 1 / (heavy ? values[i] : kLeastMass);
+    values[i] = 1 / (values[i] >= kLeastMass ? values[i] : kLeastMass);
   }
 }
 
@@ -148,14 +139,11 @@ bool Sweeping::radii() const {
          (meeting_.count == 2 && given_radius(action(), true) == 0);
 }
 
-Spheres Sweeping::spheres(std::size_t s, bool ghosts_alone) const {
-  return {&cells(s), &now_[s], radii() ? party(s).column[radius].data() : nullptr, given_radius(action(), s == 1),
-          ghosts_alone};
+Spheres Sweeping::spheres(std::size_t s) const {
+  return {&cells(s), &now_[s], radii() ? party(s).column[radius].data() : nullptr, given_radius(action(), s == 1)};
 }
 
-float Sweeping::overlaps(bool ghosts_alone) const {
-  return overlap_99(spheres(0, ghosts_alone), spheres(seen_by(0), ghosts_alone));
-}
+float Sweeping::overlaps() const { return overlap_99(spheres(0), spheres(seen_by(0))); }
 
 // Runs the law for the targets of one side. Its sources are of the same side or, with two systems, of the other.
 void Sweeping::run(std::size_t s, InteractionCounts& seen) {
@@ -183,11 +171,9 @@ void Sweeping::run(std::size_t s, void (*kernel)(const Task&), std::size_t targe
   const std::vector<std::size_t> cuts = parts_of(cells(s), *meeting_.pool);
   std::vector<KernelStats> sights(cuts.size() - 1);
   Task task{targets, sources, action().numbers.data(), reach_, meeting_.step.dt};
-  task.now = meeting_.step.number;
   task.radii = radii();
   task.masses = masses();
   task.out = out;
-  task.chosen = side(s).chosen != nullptr ? side(s).chosen->data() : nullptr;
   describe(s, task);
   meeting_.pool->run(sights.size(), [&](std::size_t part, std::size_t) {
     const simd::FloatMode mode;

@@ -18,21 +18,17 @@ class Sweeping : public PairAction {
 
  protected:
   // What families add to the sweep, in this order. Each is called once per side or sweep.
-  virtual void sort(std::size_t s, const std::vector<Column>& columns);
   virtual void prepare(InteractionCounts&) {}
   virtual void describe(std::size_t s, Task& task) const;
   virtual void finish(InteractionCounts&) {}
-  virtual const Cells& cells(std::size_t s) const { return party(s).cells; }
-  /// Whether the radius that the script gave is only that of own particles, not of ghosts.
-  virtual bool gives_own_radii_alone() const { return false; }
 
   void gather(std::size_t s);
-  void arrange_all(std::size_t s, const std::vector<Column>& columns);
+  const Cells& cells(std::size_t s) const { return party(s).cells; }
   Scratch::Party& party(std::size_t s) const { return meeting_.scratch->party[s]; }
   float radius_at(std::size_t s, std::size_t place) const {
     return radii() ? party(s).column[radius][place] : given_radius(action(), s == 1);
   }
-  float overlaps(bool ghosts_alone) const;
+  float overlaps() const;
 
   const Law& law_ = law_of(action());
   Extent extent_;
@@ -40,6 +36,7 @@ class Sweeping : public PairAction {
   Crowd crowds_[2];
 
  private:
+  void arrange_all(std::size_t s, const std::vector<Column>& columns);
   void arrange(std::size_t s, int to, const Column& column);
   void arrange_positive(std::size_t s, int to, const Column& column);
   void arrange_radii(std::size_t s, const Column& sizes);
@@ -47,7 +44,7 @@ class Sweeping : public PairAction {
   void look_ahead(std::size_t s, const std::vector<Column>& columns);
   bool radii() const;
   bool masses() const { return law_.inverse_masses && (!law_.uniform || extent_.masses > 0); }
-  Spheres spheres(std::size_t s, bool ghosts_alone) const;
+  Spheres spheres(std::size_t s) const;
   void run(std::size_t s, InteractionCounts& seen);
   void run(std::size_t s, void (*kernel)(const Task&), std::size_t target_count, InteractionCounts& seen);
   void apply(std::size_t s) const;

@@ -279,7 +279,7 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
   const auto run = [&](void (*law_kernel)(const interactions::Task&), interactions::Party seers) {
     pool.run(parts, [&](std::size_t part, std::size_t) {
       const motes::simd::FloatMode mode;
-      interactions::Task task{seers, seen.party(), law.action.numbers.data(), law.reach, law.step, law.side, law.now};
+      interactions::Task task{seers, seen.party(), law.action.numbers.data(), law.reach, law.step, law.side};
       task.radii = law.radii;
       task.masses = law.masses;
       task.out = out;

@@ -35,20 +35,15 @@ distributions::Value value_of(const std::vector<double>& numbers) {
   return value;
 }
 
-distributions::Uniform uniform(const std::vector<double>& lo, const std::vector<double>& hi, bool alike) {
-  distributions::Uniform d;
-  set(d.low, lo);
-  set(d.high, hi);
-  d.alike = alike;
-  return d;
-}
-
-distributions::Normal normal(const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) {
-  distributions::Normal d;
-  set(d.mean, mean);
-  set(d.sigma, sigma);
-  d.alike = alike;
-  return d;
+// Returns a distribution that has two numbers per component.
+template <class Kind>
+Distribution of_pairs(float (Kind::*first)[3], float (Kind::*second)[3], const std::vector<double>& firsts,
+                      const std::vector<double>& seconds, bool alike) {
+  Kind kind;
+  set(kind.*first, firsts);
+  set(kind.*second, seconds);
+  kind.alike = alike;
+  return kind;
 }
 
 // Writes a distribution with its meshes, which another process may not have.
@@ -289,14 +284,14 @@ void bind_recording(py::module_& m) {
       .def_static("shape", [](const shapes::Shape& shape) -> Distribution { return distributions::InShape{shape}; })
       .def_static(
           "uniform",
-          [](const std::vector<double>& lo, const std::vector<double>& hi, bool alike) -> Distribution {
-            return uniform(lo, hi, alike);
+          [](const std::vector<double>& lo, const std::vector<double>& hi, bool alike) {
+            return of_pairs(&distributions::Uniform::low, &distributions::Uniform::high, lo, hi, alike);
           },
           py::arg("lo"), py::arg("hi"), py::arg("alike") = false)
       .def_static(
           "normal",
-          [](const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) -> Distribution {
-            return normal(mean, sigma, alike);
+          [](const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) {
+            return of_pairs(&distributions::Normal::mean, &distributions::Normal::sigma, mean, sigma, alike);
           },
           py::arg("mean"), py::arg("sigma"), py::arg("alike") = false)
       .def_static("rotation", []() -> Distribution { return distributions::AnyRotation{}; })

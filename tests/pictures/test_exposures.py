@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_meshes import globe
 from numpy.typing import NDArray
 from standing import on_ranks
 
@@ -176,7 +177,7 @@ def column_light(
 
 @pytest.mark.parametrize("shutter", [0, 0.5, 1])
 def test_a_pan_shows_a_solid_a_particle_and_a_mesh_alike(shutter: float) -> None:
-    ball = globe()
+    ball = motes.Mesh(*globe(24, 48, 0.5))
     facts = {"blend": "opaque", "pixels": None}
     solid = column_light(shutter, [motes.Solid(shapes.Sphere((0, 0, 0), 0.5), (0.8, 0.8, 0.8))])
     of_mesh = column_light(shutter, [motes.Solid(ball, (0.8, 0.8, 0.8))])
@@ -186,23 +187,6 @@ def test_a_pan_shows_a_solid_a_particle_and_a_mesh_alike(shutter: float) -> None
     for other in (of_mesh, particle, mesh, blended):
         assert np.abs(other - solid).sum() < 0.08  # they are not lit quite alike
     assert (solid > 0).sum() > 40 * shutter
-
-
-def globe() -> motes.Mesh:
-    """Return a closed ball of radius 0.5."""
-    rows, columns = 24, 48
-    polar, around = np.pi * np.arange(1, rows) / rows, 2 * np.pi * np.arange(columns) / columns
-    p, a = np.meshgrid(polar, around, indexing="ij")
-    ring = np.stack([np.sin(p) * np.cos(a), np.cos(p), np.sin(p) * np.sin(a)], -1).reshape(-1, 3)
-    points = 0.5 * np.concatenate([[(0, 1, 0)], ring, [(0, -1, 0)]])
-    at = 1 + np.arange(len(ring)).reshape(rows - 1, columns)
-    right = np.roll(at, -1, axis=1)
-    sides = [(a, b, c) for k in range(rows - 2) for i in range(columns)
-             for a, b, c in ((at[k, i], right[k, i], at[k + 1, i]),
-                             (right[k, i], right[k + 1, i], at[k + 1, i]))]  # fmt: skip
-    ends = [(0, right[0, i], at[0, i]) for i in range(columns)]
-    ends += [(len(points) - 1, at[-1, i], right[-1, i]) for i in range(columns)]
-    return motes.Mesh(points, [*sides, *ends])
 
 
 def test_a_solid_that_moves_is_blurred_along_its_way() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_meshes import globe
 from numpy.typing import NDArray
 
 import motes
@@ -16,20 +17,7 @@ Picture = NDArray[np.float64]
 COLOR = (0.75, 0.6, 0.35)
 CENTER = (0.4, 0.3, 0.0)
 AWAY = {"background": (0.1, 0.1, 0.1), "fog": ("black", 1e9)}  # no fading into the background
-ANGLES = np.pi * np.arange(25)[:, None] / 24, np.pi * np.arange(49)[None] / 24
-
-
-def ball() -> motes.Mesh:
-    """Return a ball of diameter 1 of many flat triangles."""
-    down, around = ANGLES
-    parts = np.sin(down) * np.cos(around), np.cos(down) + 0 * around, np.sin(down) * np.sin(around)
-    number = np.arange(25 * 49).reshape(25, 49)
-    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    faces = [np.stack([k.ravel() for k in three], 1) for three in ((a, d, b), (b, d, c))]
-    return motes.Mesh(0.5 * np.stack(parts, -1).reshape(-1, 3), np.concatenate(faces))
-
-
-BALL = ball()
+BALL = motes.Mesh(*globe(24, 48, 0.5))  # of many flat triangles
 HALF = np.sqrt(0.5)
 CUBE_POINTS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
 CUBE_SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

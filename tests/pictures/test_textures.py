@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_meshes import globe
 from numpy.typing import ArrayLike, NDArray
 
 import motes
@@ -56,19 +57,7 @@ def test_a_mesh_shows_its_picture_at_its_uv(angle_deg: float) -> None:
     np.testing.assert_allclose(shown, picture, atol=0.15)
 
 
-def ball(**facts: Any) -> motes.Mesh:
-    rows, columns = 12, 24
-    polar, around = np.pi * np.arange(rows + 1) / rows, 2 * np.pi * np.arange(columns) / columns
-    p, a = np.meshgrid(polar, around, indexing="ij")
-    points = np.stack([np.sin(p) * np.cos(a), np.cos(p), np.sin(p) * np.sin(a)], -1).reshape(-1, 3)
-    at = np.arange(len(points)).reshape(rows + 1, columns)
-    right = np.roll(at, -1, axis=1)
-    sides = [(a, b, c) for k in range(rows) for i in range(columns)
-             for a, b, c in ((at[k, i], right[k, i], at[k + 1, i]),
-                             (right[k, i], right[k + 1, i], at[k + 1, i]))]  # fmt: skip
-    corners = points.astype(np.float32)[np.array(sides)]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    return motes.Mesh(points, np.array(sides)[area > 1e-6], **facts)
+BALL = globe(12, 24)
 
 
 def test_a_smooth_mesh_is_shaded_like_the_round_shape() -> None:
@@ -79,7 +68,7 @@ def test_a_smooth_mesh_is_shaded_like_the_round_shape() -> None:
         seen = shot(motes.Solid(shape, (1, 1, 1)), (0, 0, 4), (0, 0, 0), **lit)
         return float(np.abs(seen - rounded)[30:66, 46:82].mean())
 
-    flat, smooth = ball(), ball(smooth=True)
+    flat, smooth = motes.Mesh(*BALL), motes.Mesh(*BALL, smooth=True)
     given = motes.Mesh(flat.vertices, flat.triangles, normals=5 * flat.vertices)
     assert error(smooth) < 0.2 * error(flat)
     assert error(given) < 0.2 * error(flat)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from hypothesis import strategies as st
-from random_lists import FRAMES, numbers, triples
+from random_lists import FRAMES
+from random_shapes import numbers, triples
 
 __all__ = ["HEADER", "picture_script"]
 

@@ -6,7 +6,6 @@
 #include "image/exposures.h"
 #include "image/moments.h"
 #include "image/raster/kind_point.h"
-#include "image/raster/kind_sphere.h"
 #include "image/raster/opaque_lanes.h"
 #include "image/raster/wide_sprite.h"
 
@@ -72,12 +71,7 @@ MOTES_INLINE void expose(const Kind& kind, const image::WideSplat& task, const E
           y += ExposedShifts::in_row(shift.lens_y, row) * moved;
         }
       }
-      Front front;
-      if constexpr (std::is_same_v<Kind, LitSphere>) {
-        front = kind.front(x, y, [](Mask there, Floats) { return there; });
-      } else {
-        front = kind.front(x, y);
-      }
+      const Front front = kind.front(x, y);
       const unsigned covered = bits_of(front.covered & first_lanes(static_cast<std::size_t>(end + 1 - column)));
       if (covered == 0) continue;
       const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));

@@ -4,79 +4,10 @@
 #include <type_traits>
 
 #include "image/light/surface_lanes.h"
+#include "image/mesh_facets.h"
 #include "image/raster/wide_sprite.h"
 
 namespace motes::MOTES_ISA {
-
-/// A triangle on the screen. Its corners are in 1/256 px right of and below the centre of the tile's first pixel, and
-/// ordered so that its area is positive.
-struct Facet {
-  std::int64_t x[3], y[3];
-  /// 1/depth at the first corner, its change per px to the right and down, and its bounds, 1/m.
-  float inverse, right, down, least, most;
-  float shade;
-  bool swapped;  // the second and third corner are in reverse order
-};
-
-/// A triangle whose corners have colours. A colour divided by the depth is linear on the screen: `first` is its value
-/// at the first corner, `to_right` and `to_below` its changes per px. `low` and `high` bound the colour.
-struct TintedFacet : Facet {
-  float first[3], to_right[3], to_below[3], low[3], high[3];
-  Float3 normal;   // of the visible side, in the camera's axes
-  bool small;      // `passes` is the same at all of its points
-  Float3 passes[2];  // factor on its colour, and fog, if there is light
-};
-
-/// Calls put(column, row) for each sample of a grid within a triangle moved by (dx, dy): kSamples x kSamples of them
-/// per pixel, in `columns` x `rows` pixels. A sample on an edge belongs to one of the two triangles that share it.
-/// kPitch: px between the samples of kSamples = 1.
-template <int kSamples, int kPitch = 1, class Put>
-MOTES_INLINE void for_each_sample(const Facet& f, std::int64_t dx, std::int64_t dy, int columns, int rows,
-                                  const Put& put) {
-  constexpr std::int64_t kStep = kPitch * (1 << image::kWideBits) / kSamples;
-  constexpr std::int64_t kFirst = -(kSamples - 1) * kStep / 2;
-  static_assert(kPitch == 1 || kSamples == 1);
-  const auto least = [](const std::int64_t* v) {
-    const std::int64_t a = v[0] < v[1] ? v[0] : v[1];
-    return a < v[2] ? a : v[2];
-  };
-  const auto most = [](const std::int64_t* v) {
-    const std::int64_t a = v[0] > v[1] ? v[0] : v[1];
-    return a > v[2] ? a : v[2];
-  };
-  // Steps are powers of two: shifts round down.
-  const auto from = [&](std::int64_t low) {
-    const std::int64_t at = (low - kFirst + kStep - 1) >> __builtin_ctzll(kStep);
-    return at > 0 ? at : 0;
-  };
-  const auto to = [&](std::int64_t high, std::int64_t count) {
-    const std::int64_t at = (high - kFirst) >> __builtin_ctzll(kStep);
-    return at < count - 1 ? at : count - 1;
-  };
-  const std::int64_t left = from(least(f.x) + dx), right = to(most(f.x) + dx, std::int64_t{columns} * kSamples);
-  const std::int64_t first = from(least(f.y) + dy), last = to(most(f.y) + dy, std::int64_t{rows} * kSamples);
-  if (left > right || first > last) return;
-  std::int64_t edge[3], across[3], below[3];
-  for (int k = 0; k < 3; ++k) {
-    const int next = k == 2 ? 0 : k + 1;
-    const std::int64_t way_x = f.x[next] - f.x[k], way_y = f.y[next] - f.y[k];
-    const std::int64_t x = left * kStep + kFirst - f.x[k] - dx, y = first * kStep + kFirst - f.y[k] - dy;
-    const bool own = way_y > 0 || (way_y == 0 && way_x < 0);
-    edge[k] = way_x * y - way_y * x - (own ? 0 : 1);
-    across[k] = -way_y * kStep;
-    below[k] = way_x * kStep;
-  }
-  for (std::int64_t row = first; row <= last; ++row) {
-    std::int64_t a = edge[0], b = edge[1], c = edge[2];
-    for (std::int64_t column = left; column <= right; ++column) {
-      if ((a | b | c) >= 0) put(static_cast<int>(column), static_cast<int>(row));
-      a += across[0];
-      b += across[1];
-      c += across[2];
-    }
-    for (int k = 0; k < 3; ++k) edge[k] += below[k];
-  }
-}
 
 template <bool kColored>
 struct MeshOf {

@@ -181,6 +181,10 @@ struct LitSphere : Sphere {
     if (!any(covered)) return {covered, Uints{}, Floats{}};
     return {covered, surface_of(shown(along, p.across)), nearer};
   }
+  // NOLINTNEXTLINE(bugprone-derived-method-shadowing-base-method): kernels know the kind when they are compiled
+  MOTES_INLINE Front front(Floats x, Floats y) const {
+    return front(x, y, [](Mask there, Floats) { return there; });
+  }
 
  private:
   static constexpr int kSteps = 6;

@@ -1,6 +1,7 @@
 // The records of a frame, by tile.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -21,6 +22,11 @@ struct Piece {
   std::uint8_t most_alpha = 255;  // greatest alpha of any record
   std::uint32_t color = 0;        // of all records, if they carry none: r | g << 8 | b << 16 | alpha << 24
 };
+
+/// Returns whether any piece blends so.
+inline bool any(std::span<const Piece> pieces, Sprite::Blend blend) {
+  return std::any_of(pieces.begin(), pieces.end(), [&](const Piece& p) { return p.brush->blends(blend); });
+}
 
 /// All messages with records of a frame, from any number of ranks.
 class Pieces {

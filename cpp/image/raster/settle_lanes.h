@@ -129,28 +129,39 @@ MOTES_INLINE Floats settled(const image::Settling& s, const NearestPixels& at, c
   return select(deeper, needed, c.depth);
 }
 
-// Writes the numbers of those of the records with these numbers that are close to a surface, followed by arbitrary
-// numbers up to a whole vector; returns how many they are. Prefetches what settle() will read of these surfaces.
-// `centers` reads those of a vector of numbers.
-template <class CentersOf>
-MOTES_INLINE std::size_t find_close(const image::Settling& s, const std::uint32_t* numbers, std::size_t count,
-                                    const CentersOf& centers, std::uint32_t* to) {
-  std::size_t found = 0;
+// Calls use(used, number, centers, pixels) for vectors of the records with these numbers. `centers` reads those of a
+// vector of numbers.
+template <class CentersOf, class Use>
+MOTES_INLINE void for_each_center(const image::Settling& s, const std::uint32_t* numbers, std::size_t count,
+                                  const CentersOf& centers, const Use& use) {
   for (std::size_t k = 0; k < count; k += kLanes) {
     const Mask used = first_lanes(count - k);
     const Uints number = load_uints(numbers + k) & (Uints)used;
     const Centers c = centers((Ints)number);
-    const NearestPixels at = nearest_pixels(s, c);
-    const Mask close = used & in_block(s, at, c) & is_close(s, at, c, hiding(s, at));
-    const Selected chosen(close);
-    store_selected(to + found, chosen, number);
-    std::uint32_t index[kLanes];
-    store_selected(index, chosen, (Uints)(at.row * image::kSurfaceStride + at.column));
-    for (std::size_t i = 0; i < chosen.number(); ++i) {
-      for (int plane = 0; plane < 4; ++plane) __builtin_prefetch(s.surfaces + plane * s.plane + index[i]);
-    }
-    found += chosen.number();
+    use(used, number, c, nearest_pixels(s, c));
   }
+}
+
+// Writes the numbers of those of the records with these numbers that are close to a surface, followed by arbitrary
+// numbers up to a whole vector; returns how many they are. Prefetches what settle() will read of these surfaces.
+template <class CentersOf>
+MOTES_INLINE std::size_t find_close(const image::Settling& s, const std::uint32_t* numbers, std::size_t count,
+                                    const CentersOf& centers, std::uint32_t* to) {
+  std::size_t found = 0;
+  for_each_center(s, numbers, count, centers,
+                  [&](const Mask& used, const Uints& number, const Centers& c, const NearestPixels& at)
+                      __attribute__((always_inline)) {
+                        const Mask close = used & in_block(s, at, c) & is_close(s, at, c, hiding(s, at));
+                        const Selected chosen(close);
+                        store_selected(to + found, chosen, number);
+                        std::uint32_t index[kLanes];
+                        store_selected(index, chosen, (Uints)(at.row * image::kSurfaceStride + at.column));
+                        for (std::size_t i = 0; i < chosen.number(); ++i) {
+                          for (int plane = 0; plane < 4; ++plane)
+                            __builtin_prefetch(s.surfaces + plane * s.plane + index[i]);
+                        }
+                        found += chosen.number();
+                      });
   return found;
 }
 
@@ -160,17 +171,15 @@ template <class CentersOf>
 MOTES_INLINE std::size_t settle(const image::Settling& s, const std::uint32_t* close, std::size_t count,
                                 const CentersOf& centers, std::uint32_t* deeper, std::uint32_t* depths) {
   std::size_t found = 0;
-  for (std::size_t k = 0; k < count; k += kLanes) {
-    const Mask used = first_lanes(count - k);
-    const Uints number = load_uints(close + k) & (Uints)used;
-    const Centers c = centers((Ints)number);
-    const NearestPixels at = nearest_pixels(s, c);
-    const Floats depth = settled(s, at, c, hiding(s, at), used);
-    const Selected changed(used & (depth != c.depth));
-    store_selected(deeper + found, changed, number);
-    store_selected(depths + found, changed, (Uints)depth);
-    found += changed.number();
-  }
+  for_each_center(s, close, count, centers,
+                  [&](const Mask& used, const Uints& number, const Centers& c, const NearestPixels& at)
+                      __attribute__((always_inline)) {
+                        const Floats depth = settled(s, at, c, hiding(s, at), used);
+                        const Selected changed(used & (depth != c.depth));
+                        store_selected(deeper + found, changed, number);
+                        store_selected(depths + found, changed, (Uints)depth);
+                        found += changed.number();
+                      });
   return found;
 }
 

@@ -34,8 +34,7 @@ float farthest_depth(const Piece& piece, const std::byte* record) {
 
 bool TilePainter::has_exposures(std::span<const Piece> pieces) const {
   if (!image::has_exposures(scene_->view())) return false;
-  const auto opaque = [](const Piece& piece) { return piece.brush->blends(Sprite::Blend::opaque); };
-  return scene_->scenery().blurs() || std::any_of(pieces.begin(), pieces.end(), opaque);
+  return scene_->scenery().blurs() || any(pieces, Sprite::Blend::opaque);
 }
 
 // Draws the opaque records into the planes of each exposure.
@@ -141,11 +140,8 @@ void TilePainter::measure_depth() {
 }
 
 void TilePainter::paint_exposures(std::span<const Piece> pieces) {
-  const auto blends = [](Sprite::Blend blend) {
-    return [blend](const Piece& piece) { return piece.brush->blends(blend); };
-  };
-  const bool opaque = std::any_of(pieces.begin(), pieces.end(), blends(Sprite::Blend::opaque));
-  const bool blended = !std::all_of(pieces.begin(), pieces.end(), blends(Sprite::Blend::opaque));
+  const bool opaque = any(pieces, Sprite::Blend::opaque);
+  const bool blended = any(pieces, Sprite::Blend::add) || any(pieces, Sprite::Blend::alpha);
   if (scene_->scenery().blurs()) exposer_.begin(scene_->scenery());
   if (opaque) expose(pieces);
   sums_.resize(kTileNumbers);
@@ -163,7 +159,8 @@ void TilePainter::paint_exposures(std::span<const Piece> pieces) {
     add_exposure();
   }
   planes_.surfaces = sharp;
-  if (blended && !in_front(pieces, nearest)) {
+  const bool front = blended && in_front(pieces, nearest);
+  if (blended && !front) {
     std::fill_n(sums_.data(), kTileNumbers, std::uint64_t{0});
     for (int number = 0; number < kExposures; ++number) {
       begin_blending();
@@ -174,7 +171,7 @@ void TilePainter::paint_exposures(std::span<const Piece> pieces) {
     }
   }
   show_exposures();
-  if (blended && in_front(pieces, nearest)) {
+  if (front) {
     begin_blending();
     planes_.hides = false;
     paint_blended(pieces);

@@ -69,10 +69,6 @@ std::size_t pixels_of(std::span<const Piece> pieces) {
 
 const unsigned char* raw(const std::byte* bytes) { return reinterpret_cast<const unsigned char*>(bytes); }
 
-bool any(std::span<const Piece> pieces, Sprite::Blend blend) {
-  return std::any_of(pieces.begin(), pieces.end(), [&](const Piece& p) { return p.brush->blends(blend); });
-}
-
 template <class Number>
 Number* cleared(BufferOf<Number>& plane, std::size_t numbers, int first) {
   plane.resize(numbers);

@@ -24,39 +24,6 @@ constexpr float kLongest = 512;
 constexpr float kStraight = 12;
 constexpr int kSamples = 32;
 
-MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned char* bytes) {
-  return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes), task.color);
-}
-
-MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
-  const image::WideRecord r = record_of(task, bytes);
-  constexpr float kUnit = 1.0f / (1 << image::kWideBits);
-  WideSprite s;
-  s.x = static_cast<float>(r.x - task.origin_x) * kUnit;
-  s.y = static_cast<float>(r.y - task.origin_y) * kUnit;
-  s.radius = static_cast<float>(image::size_units(r.size)) * (0.5f / (1 << image::kSizeBits));
-  s.half = s.along_y = 0;
-  s.along_x = 1;
-  if (r.dx != 0 || r.dy != 0) {
-    const float dx = static_cast<float>(r.dx) * kUnit, dy = static_cast<float>(r.dy) * kUnit;
-    const float length = __builtin_sqrtf(dx * dx + dy * dy);
-    s.half = 0.5f * length;
-    s.along_x = dx / length;
-    s.along_y = dy / length;
-  }
-  const bool oriented = r.up_x != 0 || r.up_y != 0;
-  s.up_x = oriented ? static_cast<float>(r.up_x) * (1.0f / 32767) : 0;
-  s.up_y = oriented ? static_cast<float>(r.up_y) * (1.0f / 32767) : -1;
-  s.light = static_cast<float>(r.light) * (1.0f / image::kAllLight);
-  s.gain = r.gain();
-  __builtin_memcpy(&s.color, r.color, sizeof s.color);
-  s.depth = r.depth;
-  s.record = bytes;
-  s.tile = 0;
-  if (task.form.tile != 0) __builtin_memcpy(&s.tile, bytes + task.form.tile, sizeof s.tile);
-  return s;
-}
-
 MOTES_INLINE void read_record(const WideSplat& task, const unsigned char* bytes, DiscGroup& g, int k) {
   const image::WideRecord r = record_of(task, bytes);
   g.record_x[k] = r.x;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,12 @@ def test_letters_with_a_depth_are_closed_and_filled(text: str):
     holes = {"O\nO": (0, 0.28, 0)}
     if text in holes:
         assert not mesh.contains([holes[text], (0, -0.28, 0)]).any()
+
+
+def test_a_pipe_is_no_font(tmp_path: Path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ArgumentError, match="font must be a TrueType"):
+        Text("a", 1, font=tmp_path / "pipe")
 
 
 def test_letters_of_a_font_file(tmp_path: Path):

@@ -197,6 +197,8 @@ def _font(font: Any) -> Any:
     fonts = _extras.pillow("PIL.ImageFont")
     if font is not None and not isinstance(font, (str, os.PathLike)):
         raise ArgumentError("font", font, FONT)
+    if font is not None and os.path.exists(font) and not os.path.isfile(font):
+        raise ArgumentError("font", font, FONT)  # Pillow would wait for a pipe
     basic = fonts.Layout.BASIC
     try:
         if font is None:

@@ -173,8 +173,8 @@ def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
         return left, [int(rank) for rank in ranks], MPI.COMM_WORLD.size
     if comm is None:
         comm = MPI.COMM_WORLD
-    if not isinstance(comm, MPI.Intracomm):
-        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+    if not isinstance(comm, MPI.Intracomm) or not comm:
+        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator that has not been freed")
     return comm, range(comm.size), comm.size
 
 

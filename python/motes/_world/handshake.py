@@ -38,8 +38,8 @@ _CARD = struct.Struct(f"<i64s64siqQ96s16sii{MASK_BYTES}s48s")  # what each rank 
 _ALL = "other ranks to enter the world"
 
 
-def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
-    """Open a run once every rank of `comm` is about to start it. Collective.
+def begin(comm: MPI.Intracomm, *, run: OpenRun | None = None, without_lost: bool = False) -> OpenRun:
+    """Open a run, or `run` again, once every rank of `comm` is about to do so. Collective.
 
     If a rank's script has ended, report it and end the job. The same happens if a rank is lost, unless
     `without_lost` is set: then `process.left` becomes the communicator of the survivors.
@@ -50,7 +50,7 @@ def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
         attendance.begin(comm, without_lost=without_lost)
     if without_lost and process.survives and comm.size > 1:
         _count_left(comm)
-    return process.open(OpenRun())
+    return process.open(OpenRun() if run is None else run)
 
 
 def _count_left(comm: MPI.Intracomm) -> None:

@@ -72,19 +72,18 @@ def draw(
         ScriptMismatchError: if ranks passed different renderers or sprites; all ranks raise it.
     """
     drawing = _drawing_of(comm)
-    with drawing.together():
-        failure: Exception | None = None
-        try:
-            shown = _check_looks(renderer, sprite)
-            drawing.take(_points_of(positions, color, alpha, size), shown)
-        except Exception as error:  # of any kind, from users' classes: the other ranks wait for this one
-            failure = error
-        drawing.agree(failure)
+    failure: Exception | None = None
+    try:
+        shown = _check_looks(renderer, sprite)
+        drawing.take(_points_of(positions, color, alpha, size), shown)
+    except Exception as error:  # of any kind, from users' classes: the other ranks wait for this one
+        failure = error
+    with drawing.together(failure):
         return drawing.draw(renderer)
 
 
 class _Points(NamedTuple):
-    """Columns of particles, float32 or float64; a single row of a column other than the first holds for all."""
+    """Columns of particles, float32 or float64; a single row, but of positions, holds for all."""
 
     position: NDArray[Any]
     color: NDArray[Any]
@@ -109,10 +108,12 @@ class _Drawing:
         _open.add(self)
 
     @contextmanager
-    def together(self) -> Iterator[None]:
-        """Hold a conversation of all ranks in the block; ranks that leave the program meanwhile end it."""
-        handshake.begin(self._session.comm, run=self._run)
+    def together(self, failure: Exception | None) -> Iterator[None]:
+        """Hold a conversation of all ranks in the block, or raise an error on all if one has a failure."""
+        may_have_failed = handshake.begin_again(self._session.comm, self._run, failed=failure is not None)
         try:
+            if may_have_failed:
+                self._agree(failure)
             yield
         finally:
             self._pause()
@@ -123,8 +124,7 @@ class _Drawing:
         open_worlds.leave(self._run.noted)
         stopping.disarm()
 
-    def agree(self, failure: Exception | None) -> None:
-        """Raise ArgumentError on all ranks if one has a failure. Collective."""
+    def _agree(self, failure: Exception | None) -> None:
         comm, stall_s = self._run.comm, self._session.settings.stall_s
         assert comm is not None
         text = "" if failure is None else f"rank {comm.rank}: {failure}"
@@ -149,7 +149,9 @@ class _Drawing:
         finally:
             self._session.end()
         if bad >= 0:
-            _raise_for(*next(pair for pair in points._asdict().items() if state.attributes[pair[0]][0] == bad))
+            _raise_for(
+                *next(pair for pair in points._asdict().items() if state.attributes[pair[0]][0] == bad)
+            )
 
     def draw(self, renderer: Renderer) -> Frame:
         """Draw all ranks' particles. Collective."""
@@ -173,14 +175,16 @@ _of_forks: dict[int, _Drawing] = {}  # by process: a fork has no MPI communicato
 def _drawing_of(comm: Any) -> _Drawing:
     """Return what is kept for a communicator, or prepare it. Collective on the first call."""
     joined, _, _ = checks.ranks_of(comm)
-    drawing = _of_forks.get(os.getpid()) if rank_process.is_fork() else joined.Get_attr(_key())
+    forked = rank_process.is_fork()
+    drawing: Any = _of_forks.get(os.getpid()) if forked else joined.Get_attr(_key())
     if drawing is None or drawing.over:
         drawing = _Drawing(joined)
-        if rank_process.is_fork():
+        if forked:
             _of_forks[os.getpid()] = drawing
         else:
             joined.Set_attr(_key(), drawing)
-    return drawing
+    kept: _Drawing = drawing
+    return kept
 
 
 @cache
@@ -206,7 +210,7 @@ def _check_looks(renderer: Any, sprite: Any) -> Sprite:
     checks.renderer("renderer", renderer)
     shown = checks.sprite(sprite)
     if shown.kind in NEEDS_MORE:
-        raise ArgumentError("sprite", sprite, f"of another kind: {shown.kind!r} needs {NEEDS_MORE[shown.kind]}")
+        raise ArgumentError("sprite", shown.kind, f"of a kind without {NEEDS_MORE[shown.kind]}")
     return shown
 
 
@@ -243,7 +247,7 @@ def _rows(name: str, given: Any, width: int, count: int | None) -> NDArray[Any]:
     """Return rows in C order, without a copy where they are floats in C order."""
     allowed = f"numbers of shape (n, {width})" if width > 1 else "one number, or numbers of shape (n,)"
     plain = type(given) is np.ndarray and given.dtype in (np.float32, np.float64) and given.dtype.isnative
-    rows = given if plain else arguments.floats(name, given, np.float32, allowed)
+    rows = given if plain else arguments.floats(name, given, np.float64, allowed)
     if name == "positions" and rows.ndim == 2 and rows.shape[1] == 2:
         rows = arguments.with_z(rows)
     if rows.ndim != 2 - (width == 1) or rows.shape[1:] != (width,)[: rows.ndim - 1]:
@@ -256,9 +260,10 @@ def _rows(name: str, given: Any, width: int, count: int | None) -> NDArray[Any]:
 def _shape(given: Any) -> tuple[int, ...] | None:
     """Return the shape of an array; None if it has none, like a list of lists of different lengths."""
     try:
-        return np.shape(given)
+        shape: tuple[int, ...] = np.shape(given)
     except ValueError:
         return None
+    return shape
 
 
 def _raise_for(name: str, rows: NDArray[Any]) -> NoReturn:

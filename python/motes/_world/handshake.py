@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from .._checkpoint.finding import Origin
     from .._live.repeating import Repeated
 
-__all__ = ["Met", "begin", "close", "meet"]
+__all__ = ["Met", "begin", "begin_again", "close", "meet"]
 
 _CARD = struct.Struct(f"<i64s64siqQ96s16sii{MASK_BYTES}s48s")  # what each rank reports about itself
 _ALL = "other ranks to enter the world"
 
 
-def begin(comm: MPI.Intracomm, *, run: OpenRun | None = None, without_lost: bool = False) -> OpenRun:
-    """Open a run, or `run` again, once every rank of `comm` is about to do so. Collective.
+def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
+    """Open a run once every rank of `comm` is about to start it. Collective.
 
     If a rank's script has ended, report it and end the job. The same happens if a rank is lost, unless
     `without_lost` is set: then `process.left` becomes the communicator of the survivors.
@@ -50,7 +50,18 @@ def begin(comm: MPI.Intracomm, *, run: OpenRun | None = None, without_lost: bool
         attendance.begin(comm, without_lost=without_lost)
     if without_lost and process.survives and comm.size > 1:
         _count_left(comm)
-    return process.open(OpenRun() if run is None else run)
+    return process.open(OpenRun())
+
+
+def begin_again(comm: MPI.Intracomm, run: OpenRun, *, failed: bool) -> bool:
+    """Open a run that was closed between two calls, once every rank of `comm` makes the call. Collective.
+
+    Return whether the call may have `failed` on a rank.
+    """
+    with _left_ends():
+        may_have_failed = attendance.begin(comm, failed=failed)
+    process.open(run)
+    return may_have_failed
 
 
 def _count_left(comm: MPI.Intracomm) -> None:

@@ -114,15 +114,15 @@ class Sweep:
         """Run a case, and return its row, with an `error` if it failed."""
         folder = self.directory / case.folder
         folder.mkdir(parents=True, exist_ok=True)
-        with _locked(folder) as mine:
-            if not mine:
+        with _locked(folder) as lock:
+            if lock < 0:
                 return {**case.values, "error": "another sweep is running it"}
             if (row := self.row(case)) is not None:
                 return row
             result = folder / "result.json"
             result.unlink(missing_ok=True)
             start = time.monotonic()
-            code = self._run(case, case.ranks, folder, result)
+            code = self._run(case, case.ranks, folder, result, lock)
             seconds = time.monotonic() - start
             if code != 0 or not result.exists():
                 said = _last_lines(folder / OUTPUT) or "it said nothing"
@@ -134,8 +134,8 @@ class Sweep:
             files.write_whole(folder / DONE, json.dumps({**row, "script": self.script}).encode())
             return row
 
-    def _run(self, case: Case | None, ranks: int, folder: Path, result: Path) -> int:
-        """Run the script in a folder, and return the exit code."""
+    def _run(self, case: Case | None, ranks: int, folder: Path, result: Path, lock: int = -1) -> int:
+        """Run the script in a folder, and return the exit code; `lock`: what the run keeps while it lasts."""
         wishes = folder / "sweep.json"
         files.write_whole(wishes, grid.wishes_of(case, os.fspath(folder), os.fspath(result)))
         argv = [sys.executable, "-m", "motes", "run", "-n", str(ranks), *self.program]
@@ -151,8 +151,11 @@ class Sweep:
             process = subprocess.Popen(
                 argv, cwd=folder, env={**environment, **variables}, stdin=subprocess.DEVNULL,
                 stdout=output, stderr=subprocess.STDOUT, preexec_fn=start_of_child(),
+                pass_fds=() if lock < 0 else (lock,),
             )  # fmt: skip
             self._running.add(process)
+        if self.stopped:
+            process.send_signal(signal.SIGTERM)
         try:
             return process.wait()
         finally:
@@ -182,11 +185,14 @@ def stopping(sweep: Sweep) -> Iterator[None]:
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[bool]:
-    """Reserve a folder; yield whether that succeeded."""
+def _locked(folder: Path) -> Iterator[int]:
+    """Reserve a folder, and yield the lock's file; below 0: another run has it, and does not end soon."""
     file = files.open_lock(folder / LOCK)
+    deadline = time.monotonic() + _GRACE_S
     try:
-        yield not files.is_locked_elsewhere(file)
+        while (taken := files.is_locked_elsewhere(file)) and time.monotonic() < deadline:
+            time.sleep(0.2)  # the run of a sweep that was killed ends its frame
+        yield -1 if taken else file
     finally:
         os.close(file)
 

@@ -6,9 +6,9 @@
 
 --set names a control of the script (world.control), or `seed`: NAME=a:b:n are n numbers from a to b,
 NAME=a..b whole numbers, NAME=a,b,c a list. All combinations run, each in a folder of its own, which is also
-its working directory. Runs that are complete are not repeated, so the same command continues a sweep that was killed.
-At the end there are sweep.csv, sweep.parquet if pyarrow is installed, and sheet.png with the last pictures.
-Exit code 1 if runs have failed; their rows say why. Arguments after `--` go to the script.
+its working directory. Runs that are complete are not repeated, so the same command continues a sweep that was
+killed. At the end there are sweep.csv, sweep.parquet if pyarrow is installed, and sheet.png with the last
+pictures. Exit code 1 if runs have failed; their rows say why. Arguments after `--` go to the script.
 
 --slurm writes a job array of what is missing, and says how to submit it; afterwards the same command without
 --slurm writes the table.
@@ -30,13 +30,14 @@ from .._sweep.grid import Case
 from .._sweep.runs import Row, Sweep, stopping
 from .._values.space import in_a_row
 from ..errors import ArgumentError
-from .parser import positive
+from .parser import Parser, positive
 
 __all__ = ["configure", "run"]
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
+def configure(parser: Parser) -> None:
     """Add the arguments of `sweep`."""
+    parser.intermixed = True
     parser.add_argument("script", help="the script; its arguments after `--`")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUES", help="values of a control, or of seed"

@@ -235,6 +235,14 @@ py::array sum(Engine& engine, int system, const std::string& verb, const program
       totals);
 }
 
+// Gives this rank other particles: see fill().
+int replace(Engine& engine, int system, std::size_t count, const std::vector<std::pair<int, py::array>>& columns,
+            bool numbered) {
+  std::vector<Rows> rows;
+  for (const auto& [attribute, values] : columns) rows.push_back({attribute, values});
+  return fill(engine.emptied(system), count, rows, numbered, engine.pool());
+}
+
 // Calls the script's function for its numbers and bytes; returns the totals and, on the manager, all ranks' bytes.
 std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engine& engine, const std::string& what,
                                                                            bool reads, const py::function& prepare) {
@@ -421,6 +429,7 @@ void bind_engine(py::module_& m) {
       .def("keep_preview", &Engine::keep_preview, Release())
       .def("keeps_copies", [](Engine& e, int system) { return e.system(system).keeps_copies; })
       .def("touched", &Engine::touched)
+      .def("replace", &replace, py::arg("system"), py::arg("count"), py::arg("columns"), py::arg("numbered"))
       .def("release_views", [](Engine& e, int system) { e.seen(system).store->part_from_holders(); })
       .def(
           "record_callback",

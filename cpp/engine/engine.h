@@ -67,6 +67,9 @@ class Engine {
   virtual void keep_preview(int system);
   /// Notes that the script may have moved particles of this rank.
   void touched(int system);
+  /// Removes this rank's particles of a system, and returns the store for others. These stay on this rank wherever they
+  /// are, until they move. Does not communicate.
+  particles::Store& emptied(int system);
   void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }
 
   /// Begins (start) and ends (finish) a run, with the same systems and seed on all ranks. Collective.

@@ -332,6 +332,13 @@ TABLE = {
             str,
             default_text="the script's `World(steering=...)`",
         ),
+        Variable(
+            "MOTES_SWEEP",
+            "set by `motes sweep`: what it sets in a run, and where the run reports",
+            "a file of `motes sweep`",
+            str,
+            default_text="the script's own values",
+        ),
         Variable("MOTES_SMPIRUN", "SimGrid's launcher", "a program", str, default="smpirun"),
         Variable(
             "MOTES_SMPI_REPLAY",

@@ -14,6 +14,7 @@ from .._live import repeating
 from .._mpi import alone, rank_process
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
+from .._run import sweeping
 from .._run.process import process
 from .._run.settings import RunSettings
 from .._system.system import state_of
@@ -59,6 +60,7 @@ def settings(
 
     `cast`, `speeds`: which rank plays which role, and the ranks' speeds, as given by `roles`.
     """
+    given = dict(sweeping.given_with(given))
     seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
     space, periods = interval(given["space"]), periods_of(given["periodic"])
     check_periods(axes, space, periods)
@@ -173,8 +175,8 @@ def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
         return left, [int(rank) for rank in ranks], MPI.COMM_WORLD.size
     if comm is None:
         comm = MPI.COMM_WORLD
-    if not isinstance(comm, MPI.Intracomm):
-        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+    if not isinstance(comm, MPI.Intracomm) or not comm:
+        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator that has not been freed")
     return comm, range(comm.size), comm.size
 
 

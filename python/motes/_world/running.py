@@ -218,6 +218,7 @@ class Running:
         try:
             if self._recovery is not None:
                 self._recovery.secure_films(engine)
+            self._report(engine)
             engine.finish()
         finally:
             session.end()
@@ -226,6 +227,19 @@ class Running:
         if session.recording is not None:
             session.recording.keep(session.engine_for("the end"), session.facts(), session.manages)
         return remarks
+
+    def _report(self, engine: _core.Engine) -> None:
+        """Tell `motes sweep` how a run ended that has done all its frames. Collective."""
+        session, report = self.session, self.loop.report
+        if report is None or report.probe or session.frame < session.total:
+            return
+        pictures = engine.tell(report.save_still)
+        particles = engine.digest()
+        if session.manages:
+            picture = pictures[session.cast[1]].decode()
+            report.write(
+                particles=particles, picture=picture, frames=session.frame, count=session.particles()
+            )
 
     # --- frames
 

@@ -74,7 +74,21 @@ bool fogged_by_painter(const Sprite& sprite, const View& view) {
   return is_surface(sprite) || sprite.is(Sprite::Kind::image);
 }
 
+namespace {
+
+// Makes a sprite as large, and as bright, in a preview as in the whole picture. Opaque points stay pixels.
+void scale_to_preview(Sprite& sprite, const View& view) {
+  const bool point = drawn_as_point(sprite);
+  if (view.full_height == 0 || sprite.of_height > 0 || !(point || sprite.pixels > 0)) return;
+  if (point && sprite.blend == Sprite::Blend::opaque) return;
+  sprite.of_height = diameter_of(sprite, view.full_height) / static_cast<float>(view.full_height);
+  if (point) sprite.look = Sprite::Kind::disc;
+}
+
+}  // namespace
+
 Sprite as_seen(Sprite sprite, const View& view) {
+  scale_to_preview(sprite, view);
   if (!(view.camera.aperture > 0) || sprite.blend == Sprite::Blend::opaque) return sprite;
   if (const auto* image = sprite.as<ImageSprite>()) sprite.look = CardSprite{image->sheet, Facing::camera};
   return sprite;

@@ -193,7 +193,7 @@ bool lit_by_painter(const Sprite& sprite);
 bool fogged_by_painter(const Sprite& sprite, const View& view);
 
 /// Returns a sprite as a camera sees it: through a lens, pictures that face it are cards, which are blurred in space.
-/// Opaque ones stay as they are: see image/exposures.h.
+/// Opaque ones stay as they are: see image/exposures.h. In a preview, diameters in pixels shrink with the picture.
 Sprite as_seen(Sprite sprite, const View& view);
 
 /// Returns whether painters blur the sprite by its depth. All others that a lens blurs are projected larger and

@@ -14,23 +14,37 @@ import motes
 from motes import shapes
 
 
-def film(drawn_from: int) -> str:
+def film(drawn_from: int, shutter: float | motes.Curve = 1, opens_at: int = 0) -> str:
     """Return the digest of a panning film's sixth picture, with pictures from a frame on."""
     camera = motes.Camera(motes.Curve([(0, (-3, 1, 5)), (0.25, (3, 1, 5))]), (0, 0, 0))
-    renderer = motes.Renderer(160, 90, camera=camera, background=(0.02, 0.02, 0.05), shutter=1)
+    renderer = motes.Renderer(160, 90, camera=camera, background=(0.02, 0.02, 0.05))
     world = motes.World(seed=1, progress="off", renderer=renderer)
     system = world.system("s", sprite=motes.Sprite("disc", pixels=5))
     with world:
         for frame in world.frames(6):
+            renderer.shutter = shutter if frame >= opens_at else 0
             if frame == 0:
                 system.burst(shapes.Sphere((0, 0, 0), 1.2), count=100)
             system.move()
             picture = world.render() if frame >= drawn_from else world.step()
+        if drawn_from == 6:
+            picture = world.redraw()
         return picture.digest()
 
 
 def test_streaks_after_frames_without_a_picture_begin_at_the_camera_of_the_frame_before() -> None:
     assert film(5) == film(3) == film(0)
+    assert film(5) != film(5, 0)
+
+
+def test_a_shutter_that_moves_or_opens_late_needs_no_earlier_picture() -> None:
+    curve = motes.Curve([(0, 0), (0.25, 1)])
+    assert film(5, curve) == film(0, curve) != film(5)
+    assert film(5, opens_at=5) == film(0, opens_at=5) == film(5)
+
+
+def test_a_frame_without_a_picture_is_redrawn_with_its_streaks() -> None:
+    assert film(6) == film(5)
 
 
 def test_a_dark_gradient_is_dithered_on_average_as_the_light_says() -> None:

@@ -18,7 +18,7 @@ MODULES = {"motes": motes} | {
     f"motes.{name}": getattr(motes, name) for name in motes.__all__ if inspect.ismodule(getattr(motes, name))
 }
 COLLECTIVE = {
-    "World": "__enter__ __exit__ close digest frames open redraw render step",
+    "World": "__enter__ __exit__ close digest frames open redraw render seek step",
     "System": "gather histogram tally total",
     "Export": "close write",
 }

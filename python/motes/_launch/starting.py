@@ -229,7 +229,10 @@ def _check_survival(launcher: Version | None = None) -> None:
         raise MotesError(f"--survive: {reason}")
 
 
-_TOLD_ALL = ("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING", "MOTES_SWEEP", "MPI4PY_LIBMPI")
+_TOLD_ALL = (
+    *("MOTES_ANYWAY", "MOTES_FRAMES", "MOTES_FRESH", "MOTES_LIVE", "MOTES_PREVIEW", "MOTES_STEERING"),
+    *("MOTES_STILL", "MOTES_SWEEP", "MPI4PY_LIBMPI"),
+)
 """Variables that `motes run` sets; Open MPI does not pass variables to other hosts by itself."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
-from .._picture.sprites import Sprite, check_change, native_of
+from .._picture.sprites import Sprite, check_change
 from .._run.scenefile import Recording
 from .._values.curves import Curve
 from .._values.space import are_bricks
@@ -385,11 +385,8 @@ class System(Bodies):
     @sprite.setter
     def sprite(self, value: Sprite) -> None:
         check_change(self._state.sprite, value)
-        native = native_of(value, self._state.columns)
         with self._session.usage.during("setting the sprite"):
-            self._state.sprite = value
-            if self._session.engine is not None:
-                self._session.engine.set_sprite(self._state.index, native)
+            self._state.show_as(value, self._session.engine)
 
     @property
     def axis(self) -> str | None:

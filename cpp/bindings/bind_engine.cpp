@@ -243,6 +243,16 @@ int replace(Engine& engine, int system, std::size_t count, const std::vector<std
   return fill(engine.emptied(system), count, rows, numbered, engine.pool());
 }
 
+// Returns the vertices, (n, 3), and the triangles, (m, 3), of a surface.
+std::pair<py::array, py::array> surface(Engine& engine, int system, double cell, double radius) {
+  surfaces::Skin skin = released([&] { return engine.surface(system, {cell, radius}); });
+  const auto rows = [](auto& numbers) -> py::array {
+    const auto n = static_cast<py::ssize_t>(numbers.size()) / 3;
+    return owned_array(std::move(numbers), {n, 3});
+  };
+  return {rows(skin.vertices), rows(skin.triangles)};
+}
+
 // Calls the script's function for its numbers and bytes; returns the totals and, on the manager, all ranks' bytes.
 std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engine& engine, const std::string& what,
                                                                            bool reads, const py::function& prepare) {
@@ -424,6 +434,7 @@ void bind_engine(py::module_& m) {
       .def("gather", &gather, py::arg("system"), py::arg("to_all"))
       .def("prepare_write", &prepare_write, py::arg("what"), py::arg("reads"), py::arg("prepare"))
       .def("sum", &sum, py::arg("system"), py::arg("verb"), py::arg("sum"))
+      .def("surface", &surface, py::arg("system"), py::arg("cell"), py::arg("radius"))
       .def(
           "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
       .def("keep_preview", &Engine::keep_preview, Release())

@@ -62,7 +62,7 @@ def settings(
     seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
     space, periods = interval(given["space"]), periods_of(given["periodic"])
     check_periods(axes, space, periods)
-    return RunSettings(
+    checked = RunSettings(
         seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
         dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
         substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
@@ -87,6 +87,9 @@ def settings(
         live=live_of(given["live"]),
         steering=repeating.checked(given["steering"]),
     )
+    if not environment.read("MOTES_REHEARSAL"):
+        return checked
+    return checked._replace(log=None, spans=False, checkpoint=None, live=None, steering=None)
 
 
 def axis(value: Any, world: str | None = None) -> str:

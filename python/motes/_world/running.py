@@ -18,6 +18,7 @@ from .._run.usage import Weakly
 from .._system.first_frame import remarks_on
 from .._system.session import Session
 from .._system.system_state import SystemState
+from .._values import environment
 from .._values import roles as _roles
 from .._values.wall import WallForce, wall_force
 from ..errors import ArgumentError, MotesError, Stopped
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from .recovering import Recovery
 
 __all__ = ["Running"]
+
+HIDDEN = "it was stepped over, on the way to the frame where the page was"
 
 
 class Running:
@@ -210,10 +213,12 @@ class Running:
     def _finish(self) -> list[str]:
         """Close files, write the last checkpoint and finish the engine; return the engine's last remarks."""
         session = self.session
+        self.viewers.end_rehearsal()
         for files in list(session.files):
             files.close()
         self.viewers.open_file()  # in case the run had no frame
         self.loop.save_now()
+        self.viewers.hold_at_end()
         engine = session.begin("the end of the world")
         try:
             if self._recovery is not None:
@@ -254,11 +259,18 @@ class Running:
         if self.loop.skips():
             return self._skipped()
         session, index = self.session, self.session.frame
+        if self.viewers.steering.hidden(index):
+            self._run("render()", None)
+            self.loop.shows(None)
+            return self.pictures.absent(index, HIDDEN)
         view = self.pictures.view(session.time)
         engine = self._run("render()", view)
         if session.recording is not None and not session.recording.full:
             return self.pictures.absent(index, scenefile.NO_PICTURE)
         frame = self.pictures.take(engine, index, (index + 1) * session.settings.dt, view)
+        if environment.read("MOTES_REHEARSAL"):
+            self.loop.shows(None)
+            return self.pictures.absent(index, "a rehearsal keeps no pictures")
         if not frame and self._recovery is not None:
             self._recovery.note_picture(frame)
         if frame and session.settings.digest:

@@ -17,7 +17,7 @@ from .._run.progress import check as check_progress
 from .._system.session import Session
 from .._system.system import System
 from .._system.system_state import SystemState
-from .._values import arguments
+from .._values import arguments, environment
 from .._values import roles as _roles
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
@@ -133,6 +133,8 @@ class World(Settings):
             ArgumentError: if a setting is not allowed; the message says what is.
         """
         joined, ranks, of = checks.ranks_of(comm)
+        if environment.read("MOTES_REHEARSAL"):
+            roles = "auto"  # it has one rank
         cast = _roles.cast(roles, ranks, of)
         settings = checks.settings(
             cast=cast,

@@ -349,7 +349,7 @@ def test_connections_that_say_nothing_push_each_other_out_and_leave_the_run_its_
 
 
 def test_there_are_no_more_viewers_than_are_let_in(monkeypatch):
-    monkeypatch.setattr(serving, "MOST_VIEWERS", 2)
+    monkeypatch.setattr(site, "MOST_VIEWERS", 2)
 
     async def conversation() -> None:
         async with Client.of(server.url) as one, Client.of(server.url) as two:

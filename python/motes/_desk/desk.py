@@ -87,11 +87,14 @@ class Desk(Site):
         self._facts: dict[str, Any] = {"reloads": start.reload, "error": None, "notice": None}
         self._rows: list[dict[str, Any]] = []  # what has changed in this take, as in steer.jsonl
         self._first: list[dict[str, Any]] = []  # orders for a new run
+        self._pending: list[dict[str, Any]] = []
+        self._goal: int | None = None  # the frame that a new run has not reached yet
         self._restarting = False
         self._looked_at = False  # whether a page was ever open
         self._empty_since = 0.0
         self._offered_s = 0.0
         self._tasks: set[asyncio.Task[Any]] = set()
+        self._goals: list[dict[str, Any]] = []  # what brings a run to its goal
         self._code = 0
         self._signal = 0
 
@@ -108,7 +111,7 @@ class Desk(Site):
             self._loop.add_signal_handler(number, self._signalled, number)
         tell(f"motes: live at {self.url}  ({access.from_afar(self._live.host, self.port)})")
         options = [word for word in ("wait", "paused") if getattr(self._live, word)]
-        self._begin(",".join(["0", *options]))
+        self._begin([], ",".join(["0", *options]))
         if self._script is not None:
             self._do(self._watch(self._script))
         await self._over.wait()
@@ -121,15 +124,28 @@ class Desk(Site):
         server.close()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(server.wait_closed(), 2)
+        if self._script is not None:
+            self._script.forget()
         return self._code
 
     # --- jobs
 
-    def _begin(self, live: str, **variables: str) -> None:
+    def _begin(
+        self, first: list[dict[str, Any]], live: str = "0,wait,paused", *, script: Path | None = None, goal: int = 1
+    ) -> None:
+        """Start a job, which hears the orders `first`, and is good once it has reached the frame `goal`.
+
+        `script`: the file to run in place of the script.
+        """
         self._take += 1
-        self._rows = []
-        self._told = {}
-        self._job = Job(self._start.argv, {"MOTES_LIVE": live, **variables}, self)
+        self._rows, self._told, self._first, self._goal = [], {}, first, goal
+        argv, variables = list(self._start.argv), {"MOTES_LIVE": live}
+        if self._script is not None:
+            place = len(argv) - 1 - len(self._start.arguments)
+            argv[place] = str(script or self._script.starts())
+        if self._take > 1:
+            variables |= {"MOTES_FRESH": "1", "MOTES_ANYWAY": "1"}
+        self._job = Job(argv, variables, self)
         self._facts |= {"job": "starting", "take": self._take, "notice": "the run is starting ..."}
         self._do(self._play(self._job))
         if self._viewers:
@@ -152,14 +168,23 @@ class Desk(Site):
         if failed:
             self._facts["error"] = f"the run has failed with exit code {code}\n{last_words(job.lines)}"
         self._changed()
-        if self._restarting:
+        if self._restarting or (failed and self._goal is not None and self._go_back()):
             return
         if self._signal or not (self._looked_at or (code == 0 and sys.stdin is not None and sys.stdin.isatty())):
             self._over.set()
             return
         tell(f"motes: the run has {'failed' if failed else 'ended'}; its page stays until Ctrl-C: {self.url}")
 
-    async def _restart(self, first: list[dict[str, Any]], notice: str) -> None:
+    def _go_back(self) -> bool:
+        """Start the last good script in place of one that has failed on its way; return whether there is one."""
+        good = None if self._script is None else self._script.starts_good()
+        if good is None:
+            return False
+        self._facts["error"] += "\nThe last good script goes on."
+        self._begin(self._goals, script=good, goal=self._goal or 1)
+        return True
+
+    async def _restart(self, first: list[dict[str, Any]], notice: str, goal: int = 1) -> None:
         """End the job and start another, which begins with these orders."""
         assert self._job is not None
         self._restarting = True
@@ -172,8 +197,8 @@ class Desk(Site):
         if self._signal:
             self._over.set()
             return
-        self._first = first
-        self._begin("0,wait,paused", MOTES_FRESH="1", MOTES_ANYWAY="1")
+        self._goals = first
+        self._begin(first, goal=goal)
 
     def _values(self) -> list[dict[str, Any]]:
         """Return the orders that give a new run the values of the controls, and the camera, of now."""
@@ -188,11 +213,11 @@ class Desk(Site):
     def _on(self) -> list[dict[str, Any]]:
         return [{"pause": bool(self._state.get("paused"))}]
 
-    def _again(self) -> list[dict[str, Any]]:
+    def _again(self, to: int) -> list[dict[str, Any]]:
         """Return the orders that bring a new run to where this one is."""
         rows = [] if self._state.get("repeats") else self._rows
         parts = [rows[i : i + ROWS] for i in range(0, len(rows), ROWS)] or [[]]
-        goal = {"to": int(self._state.get("frame") or 0), "paused": bool(self._state.get("paused"))}
+        goal = {"to": to, "paused": bool(self._state.get("paused"))}
         return [{"again": {"rows": part, **goal}} for part in parts]
 
     async def _reload(self, script: Script) -> None:
@@ -205,7 +230,8 @@ class Desk(Site):
             self._facts["error"] = problem
             self._changed()
             return
-        await self._restart(self._again(), f"{script.path.name} was saved: going on to the same frame ...")
+        to = int(self._state.get("frame") or 0)
+        await self._restart(self._again(to), f"{script.path.name} was saved: starting it ...", max(to, 1))
 
     async def _watch(self, script: Script) -> None:
         """Reload the script whenever it is saved while a page is open."""
@@ -246,13 +272,22 @@ class Desk(Site):
             return
         ready = "frame" in message
         self._told = message
+        if ready and self._goal is not None:
+            self._approach(int(message["frame"]), self._goal)
         if ready and self._pending:
             first, self._pending = self._pending, []
             for order in first:
                 job.say(order)
         self._changed()
 
-    _pending: list[dict[str, Any]] = []
+    def _approach(self, frame: int, goal: int) -> None:
+        """Show how far a new run is from its goal."""
+        if frame < goal:
+            self._facts["notice"] = f"on the way to frame {goal} ..." if goal > 1 else None
+            return
+        self._goal = self._facts["notice"] = None
+        if self._script is not None:
+            self._script.works()
 
     def shown(self, job: Job, picture: bytes) -> None:
         """Keep a picture, and offer it to the viewers."""
@@ -316,7 +351,8 @@ class Desk(Site):
     def _tell_all(self) -> None:
         lines = [] if self._job is None else list(self._job.lines)[-SHOWN_LINES:]
         spans = {"spans": self._film.spans(), "kept": self._film.bytes}
-        self._state = {**self._state, **self._told, **self._facts, **spans, "lines": lines}
+        title = {"title": self._about["title"]}  # a run of the last good script has another name
+        self._state = {**self._state, **self._told, **title, **self._facts, **spans, "output": lines}
         if self._facts["job"] in ("ended", "failed"):
             self._state["finished"] = True
         self._state["ended"] = bool(self._facts.get("ended"))

@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hashlib
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from .._io import files
 from .job import Job
 
 __all__ = ["Script"]
@@ -27,6 +29,43 @@ class Script:
         self._arguments = arguments
         self._stamp = self._look()
         self._digest = self._read()
+        self._started: bytes | None = None  # the text of the run that was started last
+        self._good: bytes | None = None  # the text of the last run that got somewhere
+        self._copy: Path | None = None
+
+    # --- the last good text
+
+    def starts(self) -> Path:
+        """Note that a run of the script starts; return its path."""
+        self.forget()
+        with contextlib.suppress(OSError):
+            self._started = self.path.read_bytes()
+        return self.path
+
+    def works(self) -> None:
+        """Note that the run has reached the frame that it was meant to reach."""
+        self._good = self._started
+
+    def starts_good(self) -> Path | None:
+        """Write the last good text beside the script, where it finds its files; None: there is none."""
+        self.forget()
+        if self._good is None or self._good == self._started:
+            return None
+        copy = self.path.with_name(f".{self.path.stem}.{os.getpid()}.py")
+        try:
+            files.write_whole(copy, self._good)
+        except OSError:
+            return None
+        self._copy, self._started = copy, self._good
+        return copy
+
+    def forget(self) -> None:
+        """Remove the copy of the last good text."""
+        if self._copy is not None:
+            self._copy.unlink(missing_ok=True)
+            self._copy = None
+
+    # --- what is saved
 
     async def saved(self) -> None:
         """Wait until the script has another content."""

@@ -63,12 +63,13 @@ class Viewers:
         high: float | None,
         step: float | None,
         choices: Sequence[Choice] | None,
+        group: str | None,
     ) -> Control:
         """Declare a control for viewers: `World.control`."""
         if self._session.ended:
             raise MotesError("this world has ended; make a new one")
         with self._session.usage.during("control()"):
-            control = self.steering.control(name, value, low, high, step, choices)
+            control = self.steering.control(name, value, low, high, step, choices, group)
             if self._viewing is not None:
                 self._viewing.know(self.steering.controls)
         return control

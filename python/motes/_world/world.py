@@ -335,6 +335,7 @@ class World(Settings):
         high: float | None = None,
         step: float | None = None,
         choices: Sequence[Choice] | None = None,
+        group: str | None = None,
     ) -> Control:
         """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
 
@@ -343,11 +344,13 @@ class World(Settings):
 
         Args:
             name: a string that no other control of this world has.
-            value: the initial value: a number, a bool, or one of `choices`.
+            value: the initial value: a number, a bool, a colour as text ("orange", "#ff8800"), which becomes
+                "#rrggbb", or one of `choices`.
             low: the lower bound; required for a number.
             high: the upper bound; required for a number.
             step: the increment, counted from `low`; None: any number between the bounds.
-            choices: the strings or numbers to choose from; None: it is a number or a bool.
+            choices: the strings or numbers to choose from; None: it is a number, a bool or a colour.
+            group: the heading under which the page shows it; None: it stands above all groups.
 
         Returns:
             The control; the script reads its `value` in each frame.
@@ -355,7 +358,7 @@ class World(Settings):
         Raises:
             MotesError: if the world has ended.
         """
-        return self._viewers.control(name, value, low, high, step, choices)
+        return self._viewers.control(name, value, low, high, step, choices, group)
 
     @property
     def live_url(self) -> str | None:

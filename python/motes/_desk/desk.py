@@ -124,21 +124,24 @@ class Desk(Site):
         server.close()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(server.wait_closed(), 2)
-        if self._script is not None:
-            self._script.forget()
         return self._code
 
     # --- jobs
 
     def _begin(
-        self, first: list[dict[str, Any]], live: str = "0,wait,paused", *, script: Path | None = None, goal: int = 1
+        self,
+        first: list[dict[str, Any]],
+        live: str = "0,wait,paused",
+        *,
+        script: Path | None = None,
+        goal: int = 1,
     ) -> None:
         """Start a job, which hears the orders `first`, and is good once it has reached the frame `goal`.
 
         `script`: the file to run in place of the script.
         """
         self._take += 1
-        self._rows, self._told, self._first, self._goal = [], {}, first, goal
+        self._rows, self._told, self._first, self._goal = [], {"finished": False}, first, goal
         argv, variables = list(self._start.argv), {"MOTES_LIVE": live}
         if self._script is not None:
             place = len(argv) - 1 - len(self._start.arguments)
@@ -162,6 +165,8 @@ class Desk(Site):
             job.lines.append(f"the run cannot be started: {error}")
         if self._job is not job:
             return
+        if self._script is not None:
+            self._script.forget()
         self._code = code
         failed = code != 0 and not job.stopping and not self._signal
         self._facts |= {"job": "failed" if failed else "ended", "notice": None}
@@ -170,7 +175,9 @@ class Desk(Site):
         self._changed()
         if self._restarting or (failed and self._goal is not None and self._go_back()):
             return
-        if self._signal or not (self._looked_at or (code == 0 and sys.stdin is not None and sys.stdin.isatty())):
+        if self._signal or not (
+            self._looked_at or (code == 0 and sys.stdin is not None and sys.stdin.isatty())
+        ):
             self._over.set()
             return
         tell(f"motes: the run has {'failed' if failed else 'ended'}; its page stays until Ctrl-C: {self.url}")
@@ -203,9 +210,7 @@ class Desk(Site):
     def _values(self) -> list[dict[str, Any]]:
         """Return the orders that give a new run the values of the controls, and the camera, of now."""
         state = self._state
-        orders = [
-            {"set": {name: control["value"]}} for name, control in state.get("controls", {}).items()
-        ]
+        orders = [{"set": {name: control["value"]}} for name, control in state.get("controls", {}).items()]
         if state.get("turned") and state.get("camera"):
             orders.append({"camera": state["camera"]})
         return [] if state.get("repeats") else orders
@@ -407,7 +412,9 @@ class Desk(Site):
             raise ValueError("seek takes the number of a frame")
         found = self._film.at(frame)
         if found is None:
-            raise ValueError(f"frame {frame} has no picture yet: it was computed while no page was open, or never")
+            raise ValueError(
+                f"frame {frame} has no picture yet: it was computed while no page was open, or never"
+            )
         _, shot = found
         viewer.send(_HEADER.pack(MAGIC, shot.take, frame, 0, _FROM_FILM) + shot.data)
 

@@ -86,7 +86,9 @@ class Script:
     async def rehearse(self) -> str:
         """Run the first frames in one process that writes no files; return what is wrong, or an empty text."""
         argv = [sys.executable, "-m", "motes", "run", "-n", "1", str(self.path), *self._arguments]
-        job = Job(argv, {"MOTES_REHEARSAL": str(FRAMES), "MOTES_LIVE": "off", "MOTES_PROGRESS": "off"}, _Nobody())
+        job = Job(
+            argv, {"MOTES_REHEARSAL": str(FRAMES), "MOTES_LIVE": "off", "MOTES_PROGRESS": "off"}, _Nobody()
+        )
         playing = asyncio.create_task(job.run(echo=False))
         try:
             code = await asyncio.wait_for(asyncio.shield(playing), REHEARSAL_S)
@@ -102,7 +104,9 @@ class Script:
         if code == 0:
             return ""
         words = [line for line in job.lines if line.strip()][-12:]
-        return "\n".join([f"{self.path.name} as saved fails; the run goes on with the script before it", *words])
+        return "\n".join(
+            [f"{self.path.name} as saved fails; the run goes on with the script before it", *words]
+        )
 
     def _look(self) -> tuple[int, int, int] | None:
         try:

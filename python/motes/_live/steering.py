@@ -36,7 +36,9 @@ class Steering:
         """Whether a viewer has given any order."""
         self.stays = False
         """Whether the run waits at its end, so that viewers can look around."""
-        self._again: dict[int, Mapping[str, Any]] = {}  # rows of an earlier run, repeated where still possible
+        self._again: dict[
+            int, Mapping[str, Any]
+        ] = {}  # rows of an earlier run, repeated where still possible
         self._to = 0
         self._text: str | None = None
         self.rows: Mapping[int, Mapping[str, Any]] = {}

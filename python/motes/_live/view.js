@@ -284,7 +284,7 @@ class View {
       if (button && event.detail > 0) this.focus(button);
     });
     this.part("stop").onclick = () => {
-      if (this.embedded || confirm("End the run after this frame? Film and log stay complete.")) this.say({ stop: true });
+      if (this.embedded || this.state.finished || confirm("End the run after this frame? Film and log stay complete.")) this.say({ stop: true });
     };
   }
 

@@ -42,7 +42,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--paused", action="store_true", help="start paused")
     parser.add_argument(
-        "--cache", type=positive, default=512, metavar="MB", help="memory for pictures of earlier frames (512)"
+        "--cache",
+        type=positive,
+        default=512,
+        metavar="MB",
+        help="memory for pictures of earlier frames (512)",
     )
     parser.add_argument(
         "--no-reload", action="store_true", help="do not reload the script when it is saved; the page can"
@@ -74,7 +78,15 @@ async def _desk(args: argparse.Namespace, live: Live) -> int:
     starting.check_program(program)
     is_script = not program[0].startswith("-")
     start = Start(
-        argv=[sys.executable, "-m", "motes", "run", *_words(args), *(["--", *options, "--"] if options else []), *program],
+        argv=[
+            sys.executable,
+            "-m",
+            "motes",
+            "run",
+            *_words(args),
+            *(["--", *options, "--"] if options else []),
+            *program,
+        ],
         script=Path(program[0]) if is_script else None,
         arguments=program[1:],
         live=live,

@@ -1,4 +1,4 @@
-"""`python -m motes live`: a page that outlives its runs. A person scrubs, loops, restarts, and edits the script."""
+"""The page of `motes live` outlives its runs. A person scrubs, loops, restarts, and edits the script."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ def test_a_person_works_at_the_desk(tmp_path):
                         returnByValue=True,
                         expression=f"""new Promise(done => {{
                             const since = performance.now();
-                            view.drawn = () => {{ if ({SHOWN} === {frame}) done(performance.now() - since); }};
+                            const tell = () => done(performance.now() - since);
+                            view.drawn = () => {{ if ({SHOWN} === {frame}) tell(); }};
                             view.seek({frame});
                         }})""",
                     )
@@ -113,9 +114,8 @@ def test_a_person_works_at_the_desk(tmp_path):
             await page.value("document.querySelector('input[data-typed=dense]').focus()")
             await page.until(f"{part('picture')}.dataset.exact === 'true'")
             await page.press("p")
-            await page.value(
-                "(i => { i.value = 47; i.dispatchEvent(new Event('change')) })(document.querySelector('input[data-typed=dense]'))"
-            )
+            typed = "document.querySelector('input[data-typed=dense]')"
+            await page.value(f"(i => {{ i.value = 47; i.dispatchEvent(new Event('change')) }})({typed})")
             await page.until("view.state.controls.dense.value === 50")
             await page.value("document.querySelector('select').focus()")
             await page.press("Home")
@@ -182,7 +182,7 @@ def test_a_saved_script_is_reloaded_at_the_same_frame_and_a_wrong_one_is_told(tm
                 assert viewer.state["take"] == 1 and viewer.state["job"] == "running"
                 await viewer.say(step=1)
                 at += 1
-                await viewer.until(lambda: viewer.state["frame"] == at)
+                await viewer.until(lambda at=at: viewer.state["frame"] == at)
 
             # A script with another system goes on at the same frame, with what was set before it.
             other = text.replace('system("glow"', 'system("embers"').replace(
@@ -229,8 +229,14 @@ def test_a_rehearsal_writes_nothing(tmp_path):
     path.write_text(f"""
 import motes
 log = {str(tmp_path / "log")!r}
-world = motes.World(seed=1, log=log, checkpoint=motes.Checkpoint({str(tmp_path / "kept")!r}, every=1),
-                    roles=motes.Roles(manager=0, image_generator=2, calculators=[1]), renderer=motes.Renderer(32, 18, camera=motes.Camera((0, 0, 9), (0, 0, 0))))
+camera = motes.Camera((0, 0, 9), (0, 0, 0))
+world = motes.World(
+    seed=1,
+    log=log,
+    checkpoint=motes.Checkpoint({str(tmp_path / "kept")!r}, every=1),
+    roles=motes.Roles(manager=0, image_generator=2, calculators=[1]),
+    renderer=motes.Renderer(32, 18, camera=camera),
+)
 snow = world.system("snow")
 out = motes.Export({str(tmp_path / "out")!r})
 with world, motes.Movie({str(tmp_path / "film.mp4")!r}) as film:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import signal
 import struct
 import sys
@@ -175,9 +176,7 @@ class Desk(Site):
         self._changed()
         if self._restarting or (failed and self._goal is not None and self._go_back()):
             return
-        if self._signal or not (
-            self._looked_at or (code == 0 and sys.stdin is not None and sys.stdin.isatty())
-        ):
+        if self._signal or not (self._looked_at or (code == 0 and _at_a_terminal())):
             self._over.set()
             return
         tell(f"motes: the run has {'failed' if failed else 'ended'}; its page stays until Ctrl-C: {self.url}")
@@ -332,9 +331,9 @@ class Desk(Site):
             self._loop.call_later(LEAVE_S, self._leave)
 
     def _leave(self) -> None:
-        if not self._viewers and time.monotonic() - self._empty_since >= LEAVE_S - 0.1:
-            if self._job is not None and self._job.connected:
-                self._do(self._job.disconnect())
+        long_empty = not self._viewers and time.monotonic() - self._empty_since >= LEAVE_S - 0.1
+        if long_empty and self._job is not None and self._job.connected:
+            self._do(self._job.disconnect())
 
     def _offer(self) -> None:
         """Offer the newest picture to viewers who can take it, at most once per `OFFER_S`."""
@@ -438,12 +437,14 @@ class Desk(Site):
             self._changed()
 
 
+def _at_a_terminal() -> bool:
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
 def last_words(lines: Sequence[str], most: int = 12) -> str:
     """Return the last lines of a job that say something."""
     return "\n".join([line for line in lines if line.strip()][-most:])
 
 
 def _text(message: Any) -> str:
-    import json
-
     return json.dumps(message)

@@ -84,7 +84,7 @@ class Script:
                 return
 
     async def rehearse(self) -> str:
-        """Run the first frames in one process that writes no files; return what is wrong, or an empty text."""
+        """Run the first frames in one process that writes no files; return what is wrong, or ""."""
         argv = [sys.executable, "-m", "motes", "run", "-n", "1", str(self.path), *self._arguments]
         job = Job(
             argv, {"MOTES_REHEARSAL": str(FRAMES), "MOTES_LIVE": "off", "MOTES_PROGRESS": "off"}, _Nobody()
@@ -94,10 +94,8 @@ class Script:
             code = await asyncio.wait_for(asyncio.shield(playing), REHEARSAL_S)
         except TimeoutError:
             await job.end()
-            return (
-                f"{self.path.name} as saved has not finished its first {FRAMES} frames within {REHEARSAL_S:g} s; "
-                "the run goes on with the script before it"
-            )
+            late = f"has not finished its first {FRAMES} frames within {REHEARSAL_S:g} s"
+            return f"{self.path.name} as saved {late}; the run goes on with the script before it"
         finally:
             with contextlib.suppress(Exception):
                 await job.end()

@@ -164,7 +164,7 @@ def _checked(name: str, wish: Any) -> Any:
 
 
 def _again(wish: Any) -> dict[str, Any]:
-    """Return the order to repeat rows of an earlier run, as far as the script still has them, up to a frame."""
+    """Return the order to repeat an earlier run's rows up to a frame, as far as the script allows."""
     names = {"rows", "to", "paused"}
     if not isinstance(wish, dict) or set(wish) != names or not isinstance(wish["rows"], list):
         raise ValueError(f"again takes {', '.join(sorted(names))}")

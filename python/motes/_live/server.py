@@ -85,7 +85,12 @@ class Server(Site):
         """Send a note to the viewers that keep everything, in order."""
         if self._keepers:
             text = json.dumps(note)
-            self._call(lambda: [viewer.note(text) for viewer in self._viewers if viewer.keeps])
+            self._call(lambda: self._note(text))
+
+    def _note(self, text: str) -> None:
+        for viewer in self._viewers:
+            if viewer.keeps:
+                viewer.note(text)
 
     def tell(self, state: dict[str, Any]) -> None:
         """Send the run's state to all viewers if it has changed, and return at once."""

@@ -250,7 +250,7 @@ class Viewers:
             os._exit(0)  # nothing of the script's end may run: it would write files
 
     def hold_at_end(self) -> None:
-        """After the last frame, let viewers of the desk look around until they have seen enough. Collective."""
+        """After the last frame, let viewers of the desk look around as long as they like. Collective."""
         if not self._live or self.steering.stopped or self.stop.signal:
             return
         self._finished = True

@@ -5,10 +5,10 @@
   python -m motes live -n 16 --hosts node1:8,node2:8 --port 9000 script.py
 
 The line "motes: live at http://127.0.0.1:8080/?k=..." shows the address, and how to reach it from another
-machine. The page outlives the run: it keeps the pictures, starts the run again, and reloads the script when it
-is saved (docs/live.md). With --hosts or --hostfile the run itself serves the page, which ends with it. If the
-run has a log, steer.jsonl there records what viewers do; `run --steering` repeats it. A live view needs the
-extra: pip install "motes[live]". Other options are those of `run`.
+machine. The page outlives the run: it keeps the pictures, starts the run again, and reloads the script when
+it is saved (docs/live.md). With --hosts or --hostfile the run itself serves the page, which ends with it. If
+the run has a log, steer.jsonl there records what viewers do; `run --steering` repeats it. A live view needs
+the extra: pip install "motes[live]". Other options are those of `run`.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     run_command.configure(parser)
     parser.usage = (
-        "python -m motes live -n N [--port P] [--host ADDRESS] [--wait] [--paused] [--cache MB] [--no-reload] "
-        "[options of run] [-- mpirun options] script.py [arguments]"
+        "python -m motes live -n N [--port P] [--host ADDRESS] [--wait] [--paused] [--cache MB] "
+        "[--no-reload] [options of run] [-- mpirun options] script.py [arguments]"
     )
 
 

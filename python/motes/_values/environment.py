@@ -365,6 +365,13 @@ TABLE = {
             default_text="the script's `World(live=...)`",
         ),
         Variable(
+            "MOTES_REHEARSAL",
+            "set by `motes live`: run this many frames without writing any file, then end the process",
+            f"an integer 1..{MOST_RANKS}",
+            _up_to(MOST_RANKS),
+            default_text="an ordinary run",
+        ),
+        Variable(
             "MOTES_STEERING",
             "a steer.jsonl of an earlier run, whose orders are repeated",
             "a file",

@@ -69,7 +69,7 @@ def settings(
     own_log = log if excerpt is None or log is None else os.fspath(excerpt.beside(Path(log)))
     space, periods = interval(given["space"]), periods_of(given["periodic"])
     check_periods(axes, space, periods)
-    return RunSettings(
+    checked = RunSettings(
         seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
         dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
         substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
@@ -96,6 +96,9 @@ def settings(
         excerpt=excerpt,
         whole_log=None if excerpt is None or environment.read("MOTES_PREVIEW") else log,
     )
+    if not environment.read("MOTES_REHEARSAL"):
+        return checked
+    return checked._replace(log=None, spans=False, checkpoint=None, live=None, steering=None)
 
 
 def axis(value: Any, world: str | None = None) -> str:

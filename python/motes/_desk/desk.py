@@ -182,7 +182,7 @@ class Desk(Site):
         tell(f"motes: the run has {'failed' if failed else 'ended'}; its page stays until Ctrl-C: {self.url}")
 
     def _go_back(self) -> bool:
-        """Start the last good script in place of one that has failed on its way; return whether there is one."""
+        """Start the last good script in place of a failed one; return whether there is one."""
         good = None if self._script is None else self._script.starts_good()
         if good is None:
             return False

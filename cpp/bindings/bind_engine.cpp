@@ -415,6 +415,8 @@ void bind_engine(py::module_& m) {
       .def("wall_force", &Engine::wall_force, py::arg("wall"), Release())
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, recording::Birth birth) { e.record(system, std::move(birth)); })
+      .def("set_policy", [](Engine& e, std::shared_ptr<balance::Policy> policy) { e.set_policy(std::move(policy)); })
+      .def("set_speed", &Engine::set_speed, py::arg("speed"))
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
       .def("set_clumps",
            [](Engine& e, int system, actions::TableKey spheres) { e.system(system).outside.clumps = spheres; })

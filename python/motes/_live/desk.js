@@ -20,6 +20,7 @@ const MORE = `
     <input type="text" data-part="line" readonly aria-label="The camera as Python">
     <button data-part="copy">Copy as Python</button>
   </details>
+  <details class="section" data-part="board"><summary>Blackboard</summary></details>
   <label class="check"><input type="checkbox" data-part="reloads"> Reload the script when it is saved</label>`;
 const POSE = { position: "position", look_at: "look at", up: "up", fov_deg: "field of view" };
 
@@ -43,6 +44,7 @@ class Desk extends View {
     }
     for (const name of ["pause", "step", "restart", "reload", "reset", "undo", "save", "full", "pace", "stop"]) buttons.append(this.part(name));
     this.makePose();
+    this.board = new Blackboard(this, this.part("board"));
     this.listenToDesk();
     new ResizeObserver(() => this.drawSpans()).observe(this.part("spans"));
     this.show();
@@ -179,14 +181,17 @@ class Desk extends View {
     }
   }
 
+  drawn() { this.board.drawDomains(); }
+
   heard(said) {
+    if ("board" in said) { this.board.heard(said.board); return; }
     const take = this.state.take;
     if ("refused" in said) this.asked.clear();
     super.heard(said);
     if (take !== undefined && said.take !== undefined && said.take !== take) { this.past = []; this.live(); }
   }
 
-  online(is, trouble) { this.asked?.clear(); super.online(is, trouble); }
+  online(is, trouble) { this.asked?.clear(); super.online(is, trouble); if (is) this.board.online(); }
   orbit(...by) { this.live(); super.orbit(...by); }
   pan(...by) { this.live(); super.pan(...by); }
   zoom(by) { this.live(); super.zoom(by); }
@@ -203,7 +208,7 @@ class Desk extends View {
     this.part("time").hidden = !desk;
     for (const name of ["restart", "reload"]) this.part(name).hidden = !desk;
     this.part("restart").disabled = this.part("reload").disabled = !this.isOnline || starting || Boolean(state.ended);
-    this.part("reloads").parentElement.hidden = !desk;
+    this.part("reloads").parentElement.hidden = this.part("board").hidden = !desk;
     this.part("reloads").checked = Boolean(state.reloads);
     this.part("save").disabled = !this.file;
     if (state.finished && desk) {
@@ -215,6 +220,7 @@ class Desk extends View {
     if (over) for (const name of ["stop", "reset"]) this.part(name).disabled = true;
     this.showPose();
     this.showTime();
+    if (this.board.root.open) this.board.show();
   }
 
   showTime() {

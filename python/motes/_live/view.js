@@ -164,7 +164,7 @@ class View {
     const now = performance.now(), recent = this.times.filter(t => now - t < 2000), { state } = this;
     const fps = recent.length > 1 ? (recent.length - 1) / (recent[recent.length - 1] - recent[0]) * 1000 : 0;
     const viewers = state.viewers > 1 ? `, ${state.viewers} viewers` : "";
-    const rate = state.paused || state.ended ? "no new pictures" : `${fps.toFixed(0)} pictures per second`;
+    const rate = state.paused || state.ended || state.finished ? "no new pictures" : `${fps.toFixed(0)} pictures per second`;
     this.part("rate").textContent = rate + viewers;
   }
 

@@ -20,7 +20,7 @@ using MPI_Status = MpiStatus;
 
 template <class Handle>
 Handle predefined(std::uintptr_t number) {
-  return reinterpret_cast<Handle>(number);
+  return reinterpret_cast<Handle>(number);  // NOLINT(performance-no-int-to-ptr): so the standard defines them
 }
 
 inline const auto MPI_COMM_NULL = predefined<MPI_Comm>(0x100);

@@ -37,7 +37,8 @@
   X(MPI_Isend, (const void*, int, MPI_Datatype, int, int, MPI_Comm, MPI_Request*))         \
   X(MPI_Test, (MPI_Request*, int*, MPI_Status*))
 
-// Defines a function that find_function() looks for.
+// Defines a function that is found in the library.
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a name and its parameters
 #define MOTES_MPI_POINTER(name, parameters) inline int(*name) parameters = nullptr;
 
 namespace motes::comm {

@@ -4,11 +4,7 @@ namespace motes::comm::MOTES_MPI_ABI::losses {
 
 #ifdef MOTES_MPI_ULFM
 
-bool can_be_survived() {
-#define MOTES_FOUND(name, parameters) name != nullptr&&
-  return MOTES_MPI_ULFM_FUNCTIONS(MOTES_FOUND) true;
-#undef MOTES_FOUND
-}
+bool can_be_survived() { return MPIX_Comm_iagree != nullptr; }  // the others came with it
 
 bool survived() {
   if (!can_be_survived()) return false;

@@ -37,7 +37,7 @@ Environment::Environment(int& argc, char**& argv) {
   size_ = used().size();
 }
 
-Environment::~Environment() { used().end(); }
+Environment::~Environment() { in_use->end(); }
 
 int Environment::world() const { return used().world(); }
 

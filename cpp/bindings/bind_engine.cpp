@@ -385,11 +385,15 @@ void bind_facts(py::module_& m) {
     return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
   });
   m.def("take_rows", &take_rows, py::arg("rows"), py::arg("order"), py::arg("into"));
+  m.def(
+      "use_mpi", &comm::use_mpi, py::arg("module"), py::arg("world"),
+      "Use the MPI library that a loaded module is linked to; return the name of its ABI. `world`: the module's number "
+      "of COMM_WORLD, once MPI has started.");
   m.def("mpi_version", &comm::library_version);
   m.def("forget_mpi", &comm::forget_mpi,
         "Keep a process that was forked by a rank from calling MPI_Finalize; False if that is not possible.");
   m.def("mpi_can_survive", &comm::mpi_can_survive,
-        "Whether the core was built for an MPI in which the other ranks can continue when one is lost.");
+        "Whether the library is one in which the other ranks can continue when one is lost.");
 }
 
 }  // namespace

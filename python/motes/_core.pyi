@@ -72,6 +72,7 @@ __all__: list[str] = [
     "tone_16_bits",
     "trace_attributes",
     "tree_cuts",
+    "use_mpi",
 ]
 
 class Shape:
@@ -532,7 +533,7 @@ def make_policy(
 ) -> Policy: ...
 def mpi_can_survive() -> bool:
     """
-    Whether the core was built for an MPI in which the other ranks can continue when one is lost.
+    Whether the library is one in which the other ranks can continue when one is lost.
     """
 
 def mpi_version() -> str: ...
@@ -569,6 +570,10 @@ def tree_cuts(
     axes: collections.abc.Sequence[int],
     before: numpy.typing.ArrayLike,
 ) -> numpy.typing.NDArray[numpy.float32]: ...
+def use_mpi(module: str, world: int | None) -> str:
+    """
+    Use the MPI library that a loaded module is linked to; return the name of its ABI. `world`: the module's number of COMM_WORLD, once MPI has started.
+    """
 
 most_bins: int = 16777216
 noise_fields: int = 65536

@@ -182,8 +182,8 @@ float diameter_of(const Sprite& sprite, int height);
 /// records are wide and have a gain.
 bool has_gain(const Sprite& sprite, const View& view);
 
-/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes. Other lit sprites get
-/// their light when they are projected.
+/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes, and those that reflect.
+/// Other lit sprites get their light when they are projected.
 bool lit_by_painter(const Sprite& sprite);
 
 /// Returns whether the painter fills in the fog, which must not be multiplied by a sprite's shade or picture.

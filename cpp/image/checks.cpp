@@ -101,6 +101,7 @@ void check(const std::string& argument, const Light& light) {
 void check(const View& view) {
   check_size("width", view.width);
   check_size("height", view.height);
+  if (view.full_height != 0) check_size("full_height", view.full_height);
   check(view.camera);
   if (view.before) check(*view.before);
   check_color("background", view.background);

@@ -55,6 +55,7 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.Renderer", "path"): lambda text: motes.Renderer(8, 8, camera=CAMERA, path=text),
     ("motes.Renderer", "layers"): lambda text: motes.Renderer(8, 8, camera=CAMERA, layers=(text,)),
     ("motes.Curve", "interpolation"): lambda text: motes.Curve([(0, 1)], text),
+    ("motes.Checkpoint", "every"): lambda text: motes.Checkpoint("checkpoints", every=text),
     ("motes.Movie", "preset"): lambda text: motes.Movie("a.mp4", preset=text),
     ("motes.actions.Align", "to"): lambda text: actions.Align(to=text),
     ("motes.actions.Gravitate", "far"): lambda text: actions.Gravitate(far=text),

@@ -154,8 +154,12 @@ void take_sample(const snapshots::Description& description, std::span<const std:
 void restore_state(Parts& parts, const SharedState& state, const std::vector<Sample>& samples) {
   Rank& rank = parts.rank;
   Script& script = parts.script;
-  const Calculator& calculator = parts.calculator;
+  Calculator& calculator = parts.calculator;
   check(rank.settings, script, state);
+  // A world that has run goes back to an earlier frame.
+  calculator.neighbours.clear();
+  calculator.ghosts.clear();
+  script.new_cuts.clear();
   const int calculators = static_cast<int>(rank.session.calculators());
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     System& system = *script.systems[i];

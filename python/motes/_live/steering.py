@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from .._run import sweeping
 from ..errors import MotesError
 from .controls import Control, definition_of, made, settle
 from .pose import Pose
@@ -52,9 +53,10 @@ class Steering:
 
     # --- controls
 
-    def control(self, *arguments: Any) -> Control:
+    def control(self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any) -> Control:
         """Make a control: see `controls.made`."""
-        control = made(self._values, *arguments)
+        value = sweeping.default_of(name, value, choices)
+        control = made(self._values, name, value, low, high, step, choices)
         self.controls[control.name] = control
         self._text = None
         if control.name in self._left:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Container, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from .._live import repeating
 from .._mpi import alone, rank_process
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
+from .._run import sweeping
+from .._run.excerpt import Excerpt
 from .._run.process import process
 from .._run.settings import RunSettings
 from .._system.system import state_of
@@ -59,7 +62,11 @@ def settings(
 
     `cast`, `speeds`: which rank plays which role, and the ranks' speeds, as given by `roles`.
     """
-    seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
+    given = dict(sweeping.given_with(given))
+    seed, axes, log = given["seed"], axis(given["axis"]), directory(given["log"])
+    excerpt = Excerpt.current()
+    is_still = excerpt is not None and excerpt.still is not None
+    own_log = log if excerpt is None or log is None else os.fspath(excerpt.beside(Path(log)))
     space, periods = interval(given["space"]), periods_of(given["periodic"])
     check_periods(axes, space, periods)
     checked = RunSettings(
@@ -78,14 +85,16 @@ def settings(
         threads=environment.threads(given["threads"]),
         clock=arguments.choice("clock", given["clock"], ("cpu", "wall")),
         digest=arguments.flag("digest", given["digest"]),
-        log=directory(log),
-        spans=spans(given["spans"], log=log),
+        log=None if is_still else own_log,
+        spans=spans(given["spans"], log=log) and not is_still,
         speeds=speeds,
         stall_s=environment.stall_s(),
         checkpoint=checkpoint_of(given["checkpoint"]),
         on_loss=arguments.choice("on_loss", given["on_loss"], ("stop", "recover")),
-        live=live_of(given["live"]),
+        live=None if is_still else live_of(given["live"]),
         steering=repeating.checked(given["steering"]),
+        excerpt=excerpt,
+        whole_log=None if excerpt is None or environment.read("MOTES_PREVIEW") else log,
     )
     if not environment.read("MOTES_REHEARSAL"):
         return checked
@@ -176,8 +185,8 @@ def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
         return left, [int(rank) for rank in ranks], MPI.COMM_WORLD.size
     if comm is None:
         comm = MPI.COMM_WORLD
-    if not isinstance(comm, MPI.Intracomm):
-        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+    if not isinstance(comm, MPI.Intracomm) or not comm:
+        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator that has not been freed")
     return comm, range(comm.size), comm.size
 
 

@@ -323,6 +323,26 @@ class World(Settings):
         """
         return self._loop.frames(n)
 
+    def seek(self, frame: int) -> None:
+        """Go on with another frame, as between two iterations of `frames`. Collective.
+
+        The world goes on from the newest checkpoint that is not later than `frame`, or from where it is, if
+        that is nearer. Without such a checkpoint it goes back by starting from frame 0 again. The loop of
+        `frames` then yields the frames from there; those before `frame` are computed without pictures:
+        `render` returns frames that are falsy. Each picture is the one that an undisturbed run makes if what
+        the loop records depends only on the frame's number and the particles.
+
+        Args:
+            frame: the next frame to draw; at most the loop's last, or the loop ends before it is drawn.
+
+        Raises:
+            ArgumentError: for an earlier frame, if there is no checkpoint before it and the script recorded
+                particles before its loop; or if the world has a log or an open export, whose frames are in
+                order.
+            MotesError: outside the run, or if actions have been recorded for the current frame.
+        """
+        self._running.seek(frame)
+
     # --- viewers
 
     @says_near_names

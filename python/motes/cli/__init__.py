@@ -22,12 +22,14 @@ __all__ = ["COMMANDS", "LAB", "command", "main"]
 PROGRAM = "python -m motes"
 COMMANDS = {
     "run": "start a script on N ranks with the right mpirun",
+    "frame": "draw one frame of a script and save it",
     "live": "the same, shown in a browser, where it can be steered",
     "doctor": "examine this installation; exit code 1 if something is wrong",
     "watch": "show a run in progress, from its log",
     "report": "write a run's summary and plots as one HTML file",
     "demo": "run one of the example animations, or list them",
     "movie": "join numbered pictures into a film",
+    "sweep": "run a script with many values, and compare the runs in one table",
     "record": "write what a script records to a file that replays without Python",
     "pack": "join the particle files that the ranks of a run have exported",
 }

@@ -54,7 +54,7 @@ class Steering:
     # --- controls
 
     def control(
-        self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any, group: Any
+        self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any, group: Any = None
     ) -> Control:
         """Make a control: see `controls.made`."""
         value = sweeping.default_of(name, value, choices)

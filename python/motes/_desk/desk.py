@@ -403,7 +403,10 @@ class Desk(Site):
         elif name == "set":
             self._wish(order["set"])
         else:
-            raise ValueError("the run has ended; Restart begins it again")
+            starting = self._facts["job"] == "starting"
+            raise ValueError(
+                "the run is just starting" if starting else "the run has ended; Restart begins it again"
+            )
 
     def _wish(self, wishes: Any) -> None:
         """Note values for the next run; it checks them."""

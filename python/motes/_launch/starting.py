@@ -28,7 +28,7 @@ from .resizing import LAUNCHER, Resizing, Size
 from .supervisor import supervise
 
 __all__ = [
-    *("Mpirun", "Version", "cannot_survive", "check_program", "command", "find_mpirun"),
+    *("Mpirun", "Version", "allocated", "cannot_survive", "check_program", "command", "find_mpirun"),
     *("library", "most_ranks", "other_launchers", "reason", "run"),
 ]
 
@@ -146,7 +146,7 @@ def command(
     """
     if hosts is not None and hostfile is not None:
         raise MotesError("give either --hosts or --hostfile")
-    one_host = hosts is None and hostfile is None and _allocated() is None
+    one_host = hosts is None and hostfile is None and allocated() is None
     most = most_ranks() if one_host else _MOST_RANKS
     if not 1 <= ranks <= most:
         where = f" on this machine, with {_RANK_BYTES >> 20} MB for each" if one_host else ""
@@ -289,7 +289,7 @@ def _open_mpi_flags(
     is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         flags.append("--allow-run-as-root")  # as in a container; mpirun refuses root otherwise
-    if hosts is not None or hostfile is not None or _allocated() is not None:
+    if hosts is not None or hostfile is not None or allocated() is not None:
         for name in _TOLD_ALL:
             flags += ["-x", name] if os.environ.get(name) else []
     if hosts is not None:
@@ -300,7 +300,7 @@ def _open_mpi_flags(
         matches = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
         slots = _slots(match[1] if match else "" for match in matches)
         flags += ["--hostfile", hostfile]
-    elif (slots := _allocated()) is None:
+    elif (slots := allocated()) is None:
         slots = os.cpu_count() or 1
         flags.append("--oversubscribe")  # otherwise mpirun refuses more ranks than cores
         is_one_host = True
@@ -320,7 +320,7 @@ def _open_mpi_flags(
     return flags
 
 
-def _allocated() -> int | None:
+def allocated() -> int | None:
     """Return how many ranks the scheduler has allocated to this job, or None; Open MPI asks it where."""
     tasks = os.environ.get("SLURM_NTASKS", "")
     if "SLURM_JOB_ID" in os.environ and tasks.isdigit():

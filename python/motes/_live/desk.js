@@ -57,7 +57,7 @@ class Desk extends View {
              "[": key("[ ]", "loop from, to here", () => this.bound(0)), "]": key("", "", () => this.bound(1)),
              o: key("O", "loop", () => this.toggleLoop()), l: key("L", "live", () => this.live()),
              Home: key("Home", "first frame", () => this.seek(0)), End: key("End", "last frame", () => this.seek(this.last())),
-             n: key("N", "restart", () => this.say({ restart: true })), p: key("P", "save the picture", () => this.save()),
+             n: key("N", "restart", () => this.restart()), p: key("P", "save the picture", () => this.save()),
              x: key("X", "full screen", () => this.full()) };
   }
 
@@ -73,6 +73,7 @@ class Desk extends View {
     on("save", () => this.save());
     on("full", () => this.full());
     on("copy", () => this.copy());
+    this.part("notice").title = "Click to close";
     on("notice", () => { if (this.state.error) this.say({ dismiss: true }); });
     this.part("scrub").oninput = event => { this.playing = null; this.seek(Number(event.target.value)); };
     this.part("scrub").onchange = () => this.canvas.focus({ preventScroll: true });
@@ -198,6 +199,8 @@ class Desk extends View {
   pause() { if (this.at !== null || this.state.finished) this.toggle(); else super.pause(); }
   step() { if (this.at !== null) this.seek(this.at + 1); else super.step(); }
 
+  restart() { if (this.state.finished || confirm("Start again at frame 0?")) this.say({ restart: true }); }
+
   // --- what is shown
 
   show() {
@@ -217,7 +220,7 @@ class Desk extends View {
       this.part("frames").append(over ? state.job === "failed" ? ", failed" : ", ended" : ", complete");
       if (frame === "-") this.part("frames").textContent = "no frame";
     }
-    if (over) for (const name of ["stop", "reset"]) this.part(name).disabled = true;
+    if (over || starting) for (const name of ["pause", "step", "pace", "stop", "reset", "undo"]) this.part(name).disabled = true;
     this.showPose();
     this.showTime();
     if (this.board.root.open) this.board.show();

@@ -17,6 +17,7 @@
 #include "engine/parts/snapshot.h"
 #include "engine/sums/sums.h"
 #include "program/sums.h"
+#include "surfaces/skin.h"
 #include "snapshots/writer.h"
 
 namespace motes::engine {
@@ -40,6 +41,11 @@ class Engine {
   /// Defines a system; its index is the same on all ranks that make the same calls.
   int add_system(recording::SystemDefinition definition);
   System& system(int index) { return *parts_->script.systems[static_cast<std::size_t>(index)]; }
+  /// Balances with another policy from the next frame on; speeds are measured anew. All ranks make the same call,
+  /// between two frames. Throws std::invalid_argument if the policy cannot work with this many calculators.
+  void set_policy(balance::PolicyPtr policy);
+  /// Slows this rank down to a fraction 0..1 of its speed, or ends that: 1.
+  void set_speed(double speed) { parts_->rank.machine.set_speed(speed); }
   /// Sets how a system's particles are drawn. Throws std::invalid_argument if they cannot be drawn that way.
   void set_sprite(int index, const image::Sprite& sprite);
   int system_count() const { return static_cast<int>(parts_->script.systems.size()); }
@@ -158,6 +164,10 @@ class Engine {
   /// Returns a sum over all particles of a system after the items recorded so far, on every rank. `verb`: total,
   /// histogram or tally. Throws std::invalid_argument if the sum is not valid for the system. Collective.
   virtual program::Totals sum(int system, recording::Verb verb, const program::Sum& what);
+
+  /// Returns the surface of a system's particles after the items recorded so far, on every rank. Throws
+  /// std::invalid_argument if the measure is not valid. Collective.
+  virtual surfaces::Skin surface(int system, const surfaces::Measure& measure);
 
   /// Returns the notes of all ranks before particles are written to files. `prepare` returns this rank's note and may
   /// fail. `reads`: it reads particles, so what was recorded so far runs first. `what` must be the same on all ranks.

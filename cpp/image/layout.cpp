@@ -1,6 +1,7 @@
 #include "image/layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <variant>
 
 #include "image/daylight_parts.h"
@@ -15,27 +16,24 @@ bool has_fixed_footprint(const Sprite& sprite, int height) {
   return flat && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
 }
 
-// Returns whether sun and sky are the only light, of no colour and at most white: then one number per pixel is the
-// light on a sphere (see Daylight), and small ones can be painted from tables.
-bool has_grey_light(const View& view) {
-  constexpr float kAlike = 0.01f;
-  const auto grey = [](const Color& color) {
-    const auto [least, most] = std::minmax_element(color.begin(), color.end());
-    return *most - *least <= kAlike * std::max(*most, 1.0f);
-  };
-  const float background = *std::max_element(view.background.begin(), view.background.end());
-  const bool dim = static_cast<float>(kSun) * view.sun_power * view.sun_color[0] + static_cast<float>(kSky) +
-                       static_cast<float>(kTint) * background <=
-                   1;
-  return view.lights.empty() && view.sky.kind == Sky::Kind::none && grey(view.sun_color) && grey(view.background) &&
-         dim;
+// Returns whether sun and sky are the only light, of hardly more than white: then the light on a sphere depends on
+// nothing but its normal, and small ones can be painted from tables.
+bool has_even_light(const View& view) {
+  if (!view.lights.empty() || view.sky.kind == Sky::Kind::picture) return false;
+  const double height = length(view.sun) > 0 ? unit(view.sun)[1] : 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double low = kBounce, high = kSky + kTint * double{view.background[c]};
+    if (view.sky.kind == Sky::Kind::gradient) {
+      low = high = double{std::max({view.sky.horizon[c], view.sky.zenith[c], view.sky.ground[c]})};
+    }
+    const double sun = kSun * double{view.sun_power} * double{view.sun_color[c]}, rise = 0.5 * (high - low);
+    if (low + rise + std::sqrt(sun * sun + rise * rise + 2 * sun * rise * height) > 1.03) return false;
+  }
+  return true;
 }
 
-// Returns whether a sprite shows a surface in space, whose light depends on its normal.
-bool is_surface(const Sprite& sprite) {
-  return (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite)) || sprite.is(Sprite::Kind::card) ||
-         sprite.is(Sprite::Kind::mesh);
-}
+// Returns whether the light of a sprite depends on the normal at each of its points.
+bool has_normals(const Sprite& sprite) { return is_surface(sprite) && !drawn_as_point(sprite); }
 
 }  // namespace
 
@@ -57,14 +55,37 @@ bool has_gain(const Sprite& sprite, const View& view) {
   return sprite.lit && sprite.is(Sprite::Kind::image) && (!view.lights.empty() || view.sun_power > 1);
 }
 
-bool lit_by_painter(const Sprite& sprite) { return sprite.lit && is_surface(sprite); }
+bool has_grey_light(const View& view) {
+  constexpr float kAlike = 0.01f;
+  const auto grey = [](const Color& color) {
+    const auto [least, most] = std::minmax_element(color.begin(), color.end());
+    return *most - *least <= kAlike * std::max(*most, 1.0f);
+  };
+  return view.sky.kind == Sky::Kind::none && grey(view.sun_color) && grey(view.background);
+}
+
+bool lit_by_painter(const Sprite& sprite) { return (sprite.lit || sprite.finish.reflects()) && has_normals(sprite); }
 
 bool fogged_by_painter(const Sprite& sprite, const View& view) {
   if (!(view.fog.metres > 0) || sprite.blend == Sprite::Blend::add) return false;
-  return is_surface(sprite) || sprite.is(Sprite::Kind::image);
+  return has_normals(sprite) || sprite.is(Sprite::Kind::image);
 }
 
+namespace {
+
+// Makes a sprite as large, and as bright, in a preview as in the whole picture. Opaque points stay pixels.
+void scale_to_preview(Sprite& sprite, const View& view) {
+  const bool point = drawn_as_point(sprite);
+  if (view.full_height == 0 || sprite.of_height > 0 || !(point || sprite.pixels > 0)) return;
+  if (point && sprite.blend == Sprite::Blend::opaque) return;
+  sprite.of_height = diameter_of(sprite, view.full_height) / static_cast<float>(view.full_height);
+  if (point) sprite.look = Sprite::Kind::disc;
+}
+
+}  // namespace
+
 Sprite as_seen(Sprite sprite, const View& view) {
+  scale_to_preview(sprite, view);
   if (!(view.camera.aperture > 0) || sprite.blend == Sprite::Blend::opaque) return sprite;
   if (const auto* image = sprite.as<ImageSprite>()) sprite.look = CardSprite{image->sheet, Facing::camera};
   return sprite;
@@ -98,7 +119,8 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
-  const bool simple = !(lit_by_painter(sprite) && !has_grey_light(view)) && !fogged_by_painter(sprite, view);
+  const bool surface = lit_by_painter(sprite) && (sprite.finish.reflects() || !has_even_light(view));
+  const bool simple = !surface && !fogged_by_painter(sprite, view);
   if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   const bool far = !sharp && blurs_in_painter(sprite);  // may reach the image from far outside
   if (far || sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;

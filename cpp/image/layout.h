@@ -182,15 +182,18 @@ float diameter_of(const Sprite& sprite, int height);
 /// records are wide and have a gain.
 bool has_gain(const Sprite& sprite, const View& view);
 
-/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes. Other lit sprites get
-/// their light when they are projected.
+/// Returns whether the light of sun and sky has no colour: then one number is that on a sphere's point (see Daylight).
+bool has_grey_light(const View& view);
+
+/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes, and those that reflect.
+/// Other lit sprites get their light when they are projected.
 bool lit_by_painter(const Sprite& sprite);
 
 /// Returns whether the painter fills in the fog, which must not be multiplied by a sprite's shade or picture.
 bool fogged_by_painter(const Sprite& sprite, const View& view);
 
 /// Returns a sprite as a camera sees it: through a lens, pictures that face it are cards, which are blurred in space.
-/// Opaque ones stay as they are: see image/exposures.h.
+/// Opaque ones stay as they are: see image/exposures.h. In a preview, diameters in pixels shrink with the picture.
 Sprite as_seen(Sprite sprite, const View& view);
 
 /// Returns whether painters blur the sprite by its depth. All others that a lens blurs are projected larger and

@@ -35,6 +35,9 @@ constexpr void fields(Visitor& visit, Camera& camera) {
   visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near, camera.focus, camera.aperture);
 }
 
+/// Greatest Solid::glass.
+inline constexpr float kMostGlass = 4;
+
 /// An external object (paper 3.2.4), which is drawn and lit, and hides the particles behind it.
 struct Solid {
   shapes::Shape shape;
@@ -43,13 +46,17 @@ struct Solid {
   float light = 0;  // emitted light, as a multiple of `color`
   meshes::AssetKey image = 0;  // not 0: a picture that multiplies `color`, repeated along the world's axes
   float scale = 1;  // width of the image, m
+  Finish finish{};
+  meshes::AssetKey finish_image = 0;  // not 0: its green multiplies the roughness, its blue the metal, where `image` is
+  float glass = 0;  // index of refraction, from 1 on; 0: opaque
 
   bool operator==(const Solid&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Solid& solid) {
-  visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale);
+  visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale, solid.finish, solid.finish_image,
+        solid.glass);
 }
 
 /// A cone of light. Its edge is soft: see Lamp.
@@ -148,7 +155,8 @@ struct View {
   bool smooth = true;  // edges of objects are anti-aliased
   bool linear = false;  // the picture's linear light is kept in addition to its pixels
   std::uint8_t layers = 0;  // kDepthLayer | kAlphaLayer | kVelocityLayer
-  std::optional<Camera> before;  // the previous frame's camera, if that frame was drawn; set by the engine
+  int full_height = 0;  // above 0: a preview of a picture of this height: the diameters of sprites, px, are that one's
+  std::optional<Camera> before;  // the previous frame's camera; set by the engine
 
   bool operator==(const View&) const = default;
 };
@@ -157,7 +165,7 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
         view.sun, view.sun_color, view.sun_power, view.sun_size, view.lights, view.path, view.shutter, view.bloom,
-        view.smooth, view.linear, view.layers, view.before);
+        view.smooth, view.linear, view.layers, view.full_height, view.before);
 }
 
 /// Greatest number of past positions that a ribbon passes through.

@@ -23,6 +23,7 @@ __all__ = [
     *(
         "require_anywidget",
         "require_openexr",
+        "require_pillow",
         "require_usd",
         "simplejpeg",
         "otf2",
@@ -68,6 +69,12 @@ def require_openexr() -> None:
     """Raise MissingExtraError if OpenEXR is not installed; does not import it."""
     if importlib.util.find_spec("OpenEXR") is None:
         raise MissingExtraError(_EXR, extra="exr", package="OpenEXR")
+
+
+def require_pillow(need: str) -> None:
+    """Raise MissingExtraError if Pillow is not installed; does not import it."""
+    if importlib.util.find_spec("PIL") is None:
+        raise MissingExtraError(need, extra="image", package="Pillow")
 
 
 def pillow(module: str = "PIL.Image", need: str = "a sprite image given as a path") -> Any:

@@ -55,6 +55,7 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.Renderer", "path"): lambda text: motes.Renderer(8, 8, camera=CAMERA, path=text),
     ("motes.Renderer", "layers"): lambda text: motes.Renderer(8, 8, camera=CAMERA, layers=(text,)),
     ("motes.Curve", "interpolation"): lambda text: motes.Curve([(0, 1)], text),
+    ("motes.Checkpoint", "every"): lambda text: motes.Checkpoint("checkpoints", every=text),
     ("motes.Movie", "preset"): lambda text: motes.Movie("a.mp4", preset=text),
     ("motes.actions.Align", "to"): lambda text: actions.Align(to=text),
     ("motes.actions.Gravitate", "far"): lambda text: actions.Gravitate(far=text),
@@ -122,7 +123,7 @@ def test_a_text_that_is_nearly_allowed_is_answered_by_it(option: tuple[str, str]
 
 def test_no_option_is_any_text():
     """Plain `str` parameters are only names, paths and sentences."""
-    names = "attribute argument axes column extra field name names need package student system text"
+    names = "attribute argument axes column extra field group name names need package student system text"
     sentences = "about action allowed description hint key line missing printed problem role size space url"
     plain = {*names.split(), *sentences.split(), "host"}
     taken = {

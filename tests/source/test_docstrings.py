@@ -18,8 +18,8 @@ MODULES = {"motes": motes} | {
     f"motes.{name}": getattr(motes, name) for name in motes.__all__ if inspect.ismodule(getattr(motes, name))
 }
 COLLECTIVE = {
-    "World": "__enter__ __exit__ close digest frames open redraw render step",
-    "System": "gather histogram tally total",
+    "World": "__enter__ __exit__ close digest frames open redraw render seek step",
+    "System": "gather histogram surface tally total",
     "Export": "close write",
 }
 """Calls that every rank must make; any other call may be made on a single rank."""

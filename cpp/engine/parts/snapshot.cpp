@@ -98,7 +98,7 @@ void write(const SharedState& state, base::Bytes& out) {
     for (const meshes::AssetKey key : system.history.meshes()) meshes.insert(key);
     std::for_each(system.walls.begin(), system.walls.end(), add);
     if (const std::optional<image::Sprite>& sprite = system.sprite; sprite.has_value()) {
-      meshes.insert(sprite->asset());
+      meshes.insert({sprite->asset(), sprite->picture_on_mesh()});
       const image::Sheet* sheet = sprite->sheet();
       if (sheet != nullptr) std::for_each(sheet->pick.shapes.begin(), sheet->pick.shapes.end(), add);
     }
@@ -154,8 +154,12 @@ void take_sample(const snapshots::Description& description, std::span<const std:
 void restore_state(Parts& parts, const SharedState& state, const std::vector<Sample>& samples) {
   Rank& rank = parts.rank;
   Script& script = parts.script;
-  const Calculator& calculator = parts.calculator;
+  Calculator& calculator = parts.calculator;
   check(rank.settings, script, state);
+  // A world that has run goes back to an earlier frame.
+  calculator.neighbours.clear();
+  calculator.ghosts.clear();
+  script.new_cuts.clear();
   const int calculators = static_cast<int>(rank.session.calculators());
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     System& system = *script.systems[i];

@@ -30,18 +30,18 @@ void Script::divide(std::size_t system, const domains::Domains& domains) {
 
 namespace {
 
-// Keeps the camera of a frame, for the streaks of the next one.
-void note_camera(Script& script, std::uint64_t frame, const image::Camera& camera,
-                 const std::optional<image::Camera>& before) {
+// Keeps the camera of a frame, for the streaks of the next one, and the camera before it, for a redraw.
+void note_camera(Script& script, std::uint64_t frame, const image::Camera& camera) {
+  const bool in_sequence = script.camera && script.camera_frame + 1 == frame;
+  script.camera_before = in_sequence ? script.camera : std::nullopt;
   script.camera = camera;
   script.camera_frame = frame;
-  script.camera_before = before;
 }
 
 void begin_streaks(Script& script, std::uint64_t frame, image::View& view) {
-  const bool in_sequence = script.camera && script.camera_frame + 1 == frame;
-  if (view.shutter > 0 && !view.before && in_sequence) view.before = script.camera;
-  note_camera(script, frame, view.camera, view.before);
+  note_camera(script, frame, view.camera);
+  if (view.before) script.camera_before = view.before;
+  if (view.shutter > 0) view.before = script.camera_before;
 }
 
 // If the last frame is redrawn from the same camera, restores the camera before it, so its streaks look the same.
@@ -66,7 +66,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   const std::optional<image::Camera> passing = std::exchange(script.passing, std::nullopt);
   if (passing && verb == recording::Verb::step) {
     record.camera = passing;
-    note_camera(script, frame, *passing, std::nullopt);
+    note_camera(script, frame, *passing);
   }
   if (record.view && verb == recording::Verb::redraw) recall_camera(script, frame, *record.view);
   record.argument = argument;

@@ -10,7 +10,7 @@ struct SkyLanes {
   Sky::Kind kind = Sky::Kind::none;
   float color[3]{};  // the background, where there is no sky
   float horizon[3]{}, zenith[3]{}, ground[3]{};
-  TextureLevel picture{};
+  Texture picture{};
 };
 
 /// Ambient light on a surface. Of a background of one colour, it is linear in the y component of the surface's normal:
@@ -28,5 +28,8 @@ SkyLanes sky_lanes(const View& view);
 
 /// Returns the light of the sky on a white surface; of a background of one colour, as in daylight_parts.h.
 Ambient ambient(const View& view);
+
+/// Returns ambient light on a white surface with this unit normal.
+std::array<double, 3> ambient_on(const Ambient& a, const Vector& normal);
 
 }  // namespace motes::image

@@ -8,6 +8,7 @@
 #include "image/layout.h"
 #include "image/light/image_levels.h"
 #include "image/light/surface_light.h"
+#include "image/light/texture.h"
 #include "image/raster/stamps.h"
 
 namespace motes::image {
@@ -36,6 +37,7 @@ struct PainterMemory {
   ImageStamp* image_stamps;  // kImageStamps entries, filled by the kernels; null: none
   Cover* cover;              // accumulates weights of streaks of its colour; null: none
   const ExposedTile* exposed;  // where exposures are drawn; null: sharp surfaces are
+  const Exposure* moments;  // the phases of the one exposure in which something blended is drawn; null: all of them
 };
 
 /// Parameters for drawing the wide records of one sprite. Positions are in 1/256 px, those of a pixel's centre.
@@ -91,7 +93,8 @@ struct CardSplat : SpaceSplat {
 
 struct MeshSplat : SpaceSplat {
   SurfaceSplat surface;
-  const float *corners, *colors;  // see MeshCorners; null: they have no colours
+  const float *corners, *colors, *normals, *uv;  // see MeshCorners; null: they have none
+  Texture picture;  // on the mesh, at `uv`; no levels: none
   int triangles, room;
   bool closed;
   float reach;  // from its origin, m

@@ -32,6 +32,7 @@ class Origin:
 
     directory: Path
     """The absolute path, as seen by the manager."""
+    wishes: Wishes
     manifest: Manifest | None = None
     """The manifest of the checkpoint to continue from; None: the run starts from frame 0."""
     place: Path = Path()
@@ -62,6 +63,8 @@ class Wishes:
     anyway: bool
     """Continue even if the script has changed."""
     stall_s: float | None
+    most: int | None = None
+    """The last frame that an excerpt may continue with, which only reads checkpoints; None: any."""
 
 
 def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Origin:
@@ -69,18 +72,22 @@ def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Origin:
 
     Damaged checkpoints are reported and skipped. All ranks raise CheckpointError if there are checkpoints but
     none is complete, or if the newest complete one is from another script; ArgumentError if another run uses
-    the directory.
+    the directory. An excerpt changes nothing, and starts from frame 0 if none is complete.
     """
-    origin = Origin(Path(wishes.checkpoint.directory).absolute())
+    origin = Origin(Path(wishes.checkpoint.directory).absolute(), wishes)
     error: MotesError | None = None
     candidates: list[tuple[int, Path]] = []
     if comm.rank == manager:
         try:
-            origin.lock = folder.Lock(origin.directory)
-            folder.sweep(origin.directory)
-            if wishes.fresh:
-                folder.start_anew(origin.directory)
+            if wishes.most is None:
+                origin.lock = folder.Lock(origin.directory)
+                folder.sweep(origin.directory)
+                if wishes.fresh:
+                    folder.start_anew(origin.directory)
             candidates = folder.whole(origin.directory)
+            if wishes.most is not None:
+                most = -1 if wishes.fresh else wishes.most
+                candidates = [(frame, path) for frame, path in candidates if frame <= most]
         except MotesError as failure:
             error = failure
         except OSError as failure:
@@ -96,7 +103,7 @@ def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Origin:
             return origin
         if comm.rank == manager:
             tell(f"motes: the checkpoint of frame {frame} is skipped: {problem}")
-    if listed:
+    if listed and wishes.most is None:
         raise CheckpointError(
             f"none of the {len(listed)} checkpoint(s) in {origin.directory} is complete; "
             "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts from the beginning"

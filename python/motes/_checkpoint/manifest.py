@@ -51,6 +51,8 @@ class Manifest:
     """The ends of each periodic axis, m."""
     movies: dict[str, int] = field(default_factory=dict)
     """The number of frames of each open movie."""
+    stepped_s: float = 0
+    """Seconds that computing the frames before has taken, without pictures; known with every="auto"."""
     script_state: Any = None
     """Python's state, encoded by `plain_data.data_of`."""
 

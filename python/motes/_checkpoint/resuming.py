@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import pickle
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._io.output import tell
 from .._run import same_script
-from .._run.continuing import continued
+from .._run.continuing import continued, secure_movies
 from .._run.losses import taken_over
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
@@ -18,7 +19,7 @@ from .._run.settings import RunSettings
 from .._values.space import ends_of
 from ..errors import CheckpointError
 from . import folder
-from .finding import Origin
+from .finding import Origin, find
 from .manifest import Manifest
 from .plain_data import data_of
 from .restoring import restore
@@ -51,6 +52,7 @@ class Checkpoints:
         assert run.comm is not None and settings.checkpoint is not None
         self._run = run
         self._settings = settings
+        self._writes = settings.excerpt is None
         self._origin = origin
         self._engine = engine
         self._steering = steering
@@ -72,9 +74,9 @@ class Checkpoints:
             secure,
         )
         if self.waiting:
-            self._saver.go_on_from(origin.frame)
-            draws = run.comm.rank == settings.roles[1]
             assert origin.manifest is not None
+            self._saver.go_on_from(origin.manifest)
+            draws = run.comm.rank == settings.roles[1]
             continued.begin(origin.frame, origin.manifest.movies, draws=draws)
 
     @property
@@ -111,6 +113,26 @@ class Checkpoints:
         if type(balancer).__qualname__ == name:
             vars(balancer).update(self._known(name, known))
 
+    def seek(self, frame: int, now: int) -> bool:
+        """Restore the newest checkpoint up to `frame` unless the world, before frame `now`, is nearer.
+
+        Returns whether it was restored. Collective.
+        """
+        assert self._run.comm is not None
+        with self._counted():
+            self._saver.finish()
+            wishes = replace(self._origin.wishes, most=frame, fresh=False, seed=self._settings.seed)
+            found = find(self._run.comm, self._settings.roles[0], wishes)
+            if found.manifest is None or found.frame <= now <= frame:
+                return False
+            for system in self._systems:  # the checkpoint holds a sprite that the script has changed by then
+                system.show_as(system.definition["sprite"], self._engine)
+            found.lock = self._origin.lock
+            self._origin, self.waiting = found, True
+            self._saver.go_on_from(found.manifest)
+            self.go_on()
+        return True
+
     def skip(self) -> bool:
         """Return whether an earlier run has computed the frame that ends outside `frames`. Collective.
 
@@ -130,6 +152,9 @@ class Checkpoints:
         with self._counted():
             if self.waiting:
                 self.go_on()
+            elif not self._writes:
+                if self._saver.cuts_films(frame):  # where the whole run's films have a cut
+                    secure_movies(self._engine)
             elif self._saver.due(frame):
                 self._saver.begin(frame, lambda: self._manifest(frame))
             else:
@@ -146,7 +171,7 @@ class Checkpoints:
 
     def save_now(self, frame: int) -> None:
         """Write a checkpoint of this frame, and wait until it is complete. Collective."""
-        if self.waiting:
+        if self.waiting or not self._writes:
             return
         if frame > 0:
             with self._counted():
@@ -183,6 +208,7 @@ class Checkpoints:
             systems=[system.name for system in self._systems],
             parts=[],
             world={},
+            stepped_s=0 if self._saver.pace is None else self._saver.pace.total_s,
         )
         if not self._saver.manages:
             return manifest

@@ -18,9 +18,10 @@ from .._run.busy import Busy
 from .._run.continuing import frames_of_movies, secure_movies
 from .._run.losses import lost_ranks, unless_lost
 from .._run.waiting import Wait, poll
-from .._values.checkpoint import Checkpoint
+from .._values.checkpoint import AUTO, Checkpoint
 from . import folder
 from .manifest import Manifest, PartEntry
+from .pacing import Pace, thin
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -74,6 +75,8 @@ class Saver:
         self._stall_s = stall_s
         self._describe = describe
         self._pending: _Pending | None = None
+        self.pace = Pace(checkpoint.seconds, 0) if checkpoint.every == AUTO else None
+        """Decides when a checkpoint is due; None: the number of frames does."""
         self.last: int | None = None
         """The frame of the newest checkpoint that was begun or that the run continues from."""
         self._ended: tuple[int, bytes] | None = None
@@ -85,8 +88,17 @@ class Saver:
         return bool(self._comm.rank == self._manager)
 
     def due(self, frame: int) -> bool:
-        """Return whether a checkpoint is due before this frame."""
-        return frame > 0 and frame % self._checkpoint.every == 0 and frame != self.last
+        """Return whether a checkpoint is due before this frame. Collective with every="auto"."""
+        if frame == 0 or frame == self.last:
+            return False
+        if self.pace is not None:
+            return self.pace.due(self._engine)
+        return self.cuts_films(frame)
+
+    def cuts_films(self, frame: int) -> bool:
+        """Return whether the checkpoints of any run of this script cut its films before this frame."""
+        every = self._checkpoint.every
+        return isinstance(every, int) and frame % every == 0
 
     def look(self) -> None:
         """Check, without waiting, whether the pending checkpoint is complete. Collective."""
@@ -100,9 +112,11 @@ class Saver:
             if pending.request is not None and pending.request.Test():
                 self._conclude(pending)
 
-    def go_on_from(self, frame: int) -> None:
-        """Note that the run continues from a complete checkpoint of this frame."""
-        self.last, self._ended = frame, (frame, _WHOLE)
+    def go_on_from(self, manifest: Manifest) -> None:
+        """Note that the run continues from this complete checkpoint."""
+        self.last, self._ended = manifest.frame, (manifest.frame, _WHOLE)
+        if self.pace is not None:
+            self.pace = Pace(self._checkpoint.seconds, manifest.stepped_s)
 
     def save(self, frame: int, describe: Callable[[], Manifest]) -> None:
         """Write a checkpoint of this frame, if there is none, and wait until it is complete. Collective."""
@@ -128,6 +142,8 @@ class Saver:
         self.finish()
         secure_movies(self._engine, self._secure)
         self.last = frame
+        if self.pace is not None:
+            self.pace.begin(self._engine)
         manifest = describe()
         manifest.movies = frames_of_movies()
         place = folder.begun(self._directory, frame, self._engine.losses)
@@ -252,7 +268,10 @@ class Saver:
             pending.manifest.write(pending.place)
             folder.finish(pending.place, pending.manifest.frame)
             self._ended = pending.manifest.frame, _WHOLE
-            folder.prune(self._directory, self._checkpoint.keep)
+            if self.pace is None:
+                folder.prune(self._directory, self._checkpoint.keep)
+            else:
+                thin(self._directory, self._checkpoint)
         except (OSError, RuntimeError) as error:
             with contextlib.suppress(OSError):
                 shutil.rmtree(pending.place, ignore_errors=True)

@@ -35,8 +35,11 @@ def partial_path(target: Path) -> Path:
 class GrowingFilm:
     """The partial file of a film; it appears with its first segment and replaces an earlier run's."""
 
-    def __init__(self, target: Path, rate: Fraction) -> None:
-        """Store the finished film's path and its frames per second; write nothing yet."""
+    def __init__(self, target: Path, rate: Fraction, *, hidden: bool = False) -> None:
+        """Store the finished film's path and its frames per second; write nothing yet.
+
+        `hidden`: there is no partial file, only the finished one.
+        """
         self.target = target
         self.path = partial_path(target)
         self.frames = 0
@@ -44,6 +47,7 @@ class GrowingFilm:
         self.segments = 0
         self._kind = containers.FORMATS[target.suffix.lower()]
         self._rate = rate
+        self._hidden = hidden
         self._draft: Path | None = None
         self._file = -1
         self._bytes = 0
@@ -64,7 +68,7 @@ class GrowingFilm:
         if self._extradata is not None:
             self._check_encoding(head + segment)
         self._put(head, segment)
-        if self._draft is not None:
+        if self._draft is not None and not self._hidden:
             self._show()
         self._count(frames)  # last, so that counted frames are always in the file
 
@@ -185,7 +189,7 @@ class GrowingFilm:
         kind = self._kind
         try:
             with av.open(source, "r", format=kind) as earlier:
-                self._copy(earlier, frames)
+                self.take_groups(earlier, 0, frames)
             source.seek(0)
             self._extradata = containers.extradata(source, kind)
         except (av.FFmpegError, OSError, IndexError, ValueError) as error:
@@ -199,11 +203,15 @@ class GrowingFilm:
         self._show()
         files.sync(self.path.parent)
 
-    def _copy(self, earlier: Any, frames: int) -> None:
-        """Copy groups of packets while all their frames are among the first `frames`."""
+    def take_groups(self, earlier: Any, first: int, end: int) -> None:
+        """Append the groups of packets of a film that have only frames `first` to `end` - 1."""
+        position = 0
         for packets, order in containers.groups(earlier):
-            if self.frames + len(packets) > frames:
+            start, position = position, position + len(packets)
+            if position > end:
                 break
+            if start < first:
+                continue
             segment = containers.SegmentFile(self._kind, self.segments + 1)
             stream = containers.copy_stream(segment.container, earlier.streams.video[0], self._rate)
             shown = (self.frames + frame for frame in order)

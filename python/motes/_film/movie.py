@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .. import _extras
 from .._picture.frame import Frame
 from .._run import continuing
+from .._run.excerpt import Excerpt
 from .._values import arguments
 from ..errors import ArgumentError, Stopped
 from .containers import FORMATS
@@ -60,9 +61,13 @@ class Movie:
         # Checked here rather than at the first frame: every rank gets the same error at the same line.
         _extras.require_av("Movie")
         self._process = os.getpid()
+        self._excerpt, part_of = Excerpt.current(), None
+        if self._excerpt is not None:
+            part_of = continuing.place_of(self.path)
+            self.path = self._excerpt.beside(self.path)
         place = continuing.place_of(self.path)
         rate = Fraction(self.fps).limit_denominator(60000)
-        self._writer = FilmWriter(self.path, place, rate, self.crf, self.preset)
+        self._writer = FilmWriter(self.path, place, rate, self.crf, self.preset, part_of=part_of)
 
     @property
     def frames(self) -> int:
@@ -84,7 +89,8 @@ class Movie:
             MotesError: if the movie is closed, or if an earlier frame could not be written, for example on a
                 full disk; `close` raises this, too.
         """
-        self._writer.write(frame)
+        if self._excerpt is None or self._excerpt.still is None:
+            self._writer.write(frame)
 
     def close(self) -> None:
         """Encode queued frames and give the file its name; do nothing if that is done.

@@ -25,6 +25,7 @@ from .._run.process import process
 from ..errors import ArgumentError, MotesError
 from .containers import FORMATS
 from .growing import GrowingFilm, partial_path
+from .parts import Part
 from .segment import Encoding, Segment
 
 __all__ = ["FilmWriter"]
@@ -38,8 +39,13 @@ _ABANDON_S = 1.0  # how long leaving by an exception waits for queued frames
 class FilmWriter:
     """Writes a film on the rank that has its frames, and counts them on all others."""
 
-    def __init__(self, path: Path, place: str, rate: Fraction, crf: float, preset: str) -> None:
-        """Store the arguments that `Movie` has checked; `rate`: frames per second."""
+    def __init__(
+        self, path: Path, place: str, rate: Fraction, crf: float, preset: str, *, part_of: str | None = None
+    ) -> None:
+        """Store the arguments that `Movie` has checked; `rate`: frames per second.
+
+        `part_of`: the place of the whole film, of which this job writes only a part.
+        """
         self.path = path
         self.place = place
         """The film's absolute path, the same for every run and rank that writes it."""
@@ -48,6 +54,7 @@ class FilmWriter:
         self.closed = False
         self.abandoned = False
         self._rate, self._crf, self._preset = rate, crf, preset
+        self._part = None if part_of is None else Part(part_of)
         self._written: int | None = None  # None before the first frame
         self._unsecured = array("q")  # the world's number of each frame since `note_secured`, or _NO_FRAME
         self._again: deque[int] = deque()  # frames that a lost rank may not have written
@@ -70,6 +77,8 @@ class FilmWriter:
         if self.closed:
             raise MotesError(f"the movie {self.path} is closed")
         if isinstance(frame, Frame) and not frame:
+            if frame.left_out and self._part is not None:
+                self._part.left_out += 1
             if frame.made:
                 self._count(frame.index)
             return
@@ -80,7 +89,7 @@ class FilmWriter:
         self._raise_error()
         pixels = _pixels(frame)
         if self._shape is None:
-            self._start(pixels.shape)
+            self._start(pixels.shape, frame.index if isinstance(frame, Frame) else None)
         elif pixels.shape != self._shape:
             raise ArgumentError("frame", pixels.shape, f"of the size of the first frame, {self._shape}")
         # A caller's array may change while it is queued; a frame's pixels cannot.
@@ -137,6 +146,8 @@ class FilmWriter:
         return their count. Once all ranks know that this succeeded, `note_secured` follows.
         """
         self._raise_error()
+        if self._thread is None and self._part is not None:
+            self._part.note_cut()
         if self._thread is not None and not self.closed:
             mark = _Mark()
             self._put(mark)
@@ -160,6 +171,8 @@ class FilmWriter:
         if self._film is not None:
             self._film.close()
             self._film = None
+        if self._part is not None:
+            self._part.whole = False
         if count > 0:
             _extras.av("Movie")
             where = Path(self.place)
@@ -223,7 +236,7 @@ class FilmWriter:
 
     # --- the background thread
 
-    def _start(self, shape: tuple[int, ...]) -> None:
+    def _start(self, shape: tuple[int, ...], index: int | None) -> None:
         if self._film is None and self._written is None and self.written > 0:
             self.continue_at(self.written)
         _extras.av("Movie")  # here, not in the thread: a library may not begin in two threads at once
@@ -231,6 +244,8 @@ class FilmWriter:
         kind = FORMATS[self.path.suffix.lower()]
         encoding = Encoding(kind, height, width, self._rate, self._crf, self._preset)
         self._shape = shape
+        if self._part is not None:
+            self._part.begin(index, encoding.frames)
         film = self._film = self._film or GrowingFilm(Path(self.place), self._rate)
         # A daemon: a thread that the interpreter waits for would keep a failed rank, and the job, alive.
         self._thread = threading.Thread(
@@ -291,29 +306,41 @@ class FilmWriter:
             with contextlib.closing(film):
                 film.open()
                 self._encode_into(film, encoding)
+                if self._part is not None and not self.abandoned:
+                    self._part.write(film.target, encoding, film.frames)
                 if not self.abandoned:
                     film.finish()
         except BaseException as error:
             self._error = error
 
     def _encode_into(self, film: GrowingFilm, encoding: Encoding) -> None:
+        part, before = self._part, 0 if self._part is None else self._part.before
         segment: Segment | None = None
+
+        def end_segment() -> None:
+            nonlocal segment
+            if segment is None:
+                return
+            film.append(*segment.finish(), segment.frames)
+            segment = None
+
         while (item := self._next()) is not None:
+            cuts = isinstance(item, _Mark)
             if isinstance(item, _Mark):
-                if segment is not None:
-                    film.append(*segment.finish(), segment.frames)
-                    segment = None
+                end_segment()
                 film.sync()
                 item.set()
-                continue
-            if segment is None:
-                segment = Segment(encoding, first=film.frames, number=film.segments + 1)
-            segment.add(item)
-            if (film.frames + segment.frames) % encoding.frames == 0:
-                film.append(*segment.finish(), segment.frames)
-                segment = None
-        if segment is not None:
-            film.append(*segment.finish(), segment.frames)
+            else:
+                if segment is None:
+                    segment = Segment(encoding, first=film.frames, number=film.segments + 1)
+                segment.add(item)
+                if part is not None:
+                    part.add(item)
+                if cuts := (before + film.frames + segment.frames) % encoding.frames == 0:
+                    end_segment()
+            if part is not None and cuts:
+                part.end_segment(film.frames)
+        end_segment()
 
 
 class _Mark(threading.Event):

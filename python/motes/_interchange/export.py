@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from .. import _core
 from .._io.output import tell
 from .._run.busy import Busy
+from .._run.excerpt import Excerpt
 from .._system.session import OpenFiles
 from .._system.system_state import SystemState
-from .._values import arguments
+from .._values import arguments, environment
 from .._world.world import World, session_of
 from ..errors import ArgumentError, MotesError, Stopped
 from .claim import Claim, check_free
@@ -63,6 +64,9 @@ class Export:
             MissingExtraError: if the format needs a package that is not installed.
         """
         self.path: Path = arguments.file_path("path", path)
+        self._excerpt = Excerpt.current()
+        if self._excerpt is not None:
+            self.path = self._excerpt.beside(self.path)
         self.every = arguments.integer("every", every, low=1)
         self.attributes = _names(attributes)
         self._place = place_of("path", self.path)
@@ -97,7 +101,11 @@ class Export:
                 failed, as on a full disk; after the last `write`, `close` raises it.
         """
         frame = self._frame_of(world)
+        if environment.read("MOTES_REHEARSAL"):
+            return
         if frame % self.every or frame < session_of(world).settings.continued_from:
+            return
+        if self._excerpt is not None and (self._excerpt.still is not None or frame not in self._excerpt):
             return
         if frame <= self._last:
             raise MotesError(f"{self.path} already has frame {frame}: a frame is written only once")

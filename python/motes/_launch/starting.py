@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import importlib
 import os
 import re
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .._io.output import tell
-from .._mpi.loading import chosen_library, import_mpi, other_libraries, paths, problem_of_mpi
+from .._mpi.loading import import_mpi, paths, problem_of_mpi, same_library, use_mpi
 from .._mpi.presence import LAUNCHER_TELLS, started_by
 from .._run import losses
 from .._values import environment
@@ -29,7 +28,7 @@ from .resizing import LAUNCHER, Resizing, Size
 from .supervisor import supervise
 
 __all__ = [
-    *("Mpirun", "Version", "cannot_survive", "command", "find_mpirun"),
+    *("Mpirun", "Version", "cannot_survive", "check_program", "command", "find_mpirun"),
     *("library", "most_ranks", "other_launchers", "reason", "run"),
 ]
 
@@ -47,6 +46,13 @@ class Version(NamedTuple):
     def fits(self, other: Version) -> bool:
         """Whether a launcher of one can start ranks of the other: the same MPI, major and minor version."""
         return self.family == other.family and self.parts[:2] == other.parts[:2]
+
+    @property
+    def kind(self) -> str:
+        """Which libraries a launcher of this version can connect, as `launchers.kind` says it."""
+        if self.family == "Open MPI":
+            return "Open MPI 4" if self.parts < (5,) else ""
+        return "MPICH" if self.family != "unknown" else ""
 
     @property
     def parts(self) -> tuple[int, ...]:
@@ -82,8 +88,9 @@ def library() -> Version:
         import mpi4py
 
         mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    launcher = _named()
     try:
-        MPI = import_mpi()
+        MPI = import_mpi(launcher.version.kind if launcher else "")
     except (ImportError, RuntimeError) as error:
         raise MotesError(problem_of_mpi(error)) from None
     return _version(MPI.Get_library_version())
@@ -94,12 +101,8 @@ def find_mpirun() -> Mpirun:
 
     Raises MotesError when there is none, naming those that belong to another MPI.
     """
-    name = environment.read("MOTES_MPIRUN")
-    if name:
-        path = shutil.which(name)
-        if path is None:
-            raise MotesError(f"MOTES_MPIRUN={name} is not a program that can be started")
-        return _asked(path)
+    if (launcher := _named()) is not None:
+        return launcher
     wanted = library()
     launchers = []
     for path in _launchers():
@@ -108,6 +111,17 @@ def find_mpirun() -> Mpirun:
             return launchers[-1]
     others = ", ".join(map(str, launchers)) or "none at all"
     raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
+
+
+def _named() -> Mpirun | None:
+    """Return the launcher that the user has chosen, if any."""
+    name = environment.read("MOTES_MPIRUN")
+    if not name:
+        return None
+    path = shutil.which(name)
+    if path is None:
+        raise MotesError(f"MOTES_MPIRUN={name} is not a program that can be started")
+    return _asked(path)
 
 
 def other_launchers(mpirun: Mpirun) -> list[Mpirun]:
@@ -173,15 +187,13 @@ def run(
     A single rank on this host needs no launcher: this process becomes Python and does not return. Otherwise
     it supervises the launcher (`_launch/supervisor.py`).
     """
-    _check_program(program)
+    check_program(program)
     if restarts < 0:
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
     rank = started_by(python, is_rank=program[0] != "-m")  # a module may start the script in another process
     if survive:
         _check_survival()
-    if other_libraries():  # scripts that import mpi4py before motes would get one of them
-        os.environ.update(chosen_library())
 
     def compose(size: Size) -> list[str]:
         if size.ranks == 1 and not size.hosts and not hostfile and not options:
@@ -191,6 +203,9 @@ def run(
         )
 
     argv = compose(size := Size(ranks, hosts))
+    if argv is not python:
+        library()
+        os.environ.update(same_library(import_mpi()))  # also for scripts that import mpi4py before motes
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -232,13 +247,9 @@ def cannot_survive(launcher: Version | None = None) -> str | None:
     for each in (version, launcher or version):
         if each.family != "Open MPI" or each.parts < (5,):
             return f"{wanted}; this is {each}"
-    from mpi4py import MPI
-
-    if not hasattr(ctypes.CDLL(MPI.__file__), "MPIX_Comm_shrink"):
+    use_mpi(import_mpi())  # without starting MPI
+    if not importlib.import_module("motes._core").mpi_can_survive():
         return f"{wanted}; this {version} was built without it"
-    _core = importlib.import_module("motes._core")  # without starting MPI
-    if not _core.mpi_can_survive():
-        return f"{wanted}; motes itself was built for a different MPI"
     return None
 
 
@@ -248,8 +259,8 @@ def _check_survival(launcher: Version | None = None) -> None:
 
 
 _TOLD_ALL = (
-    *("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING", "MOTES_SWEEP"),
-    *(LAUNCHER, "MPI4PY_LIBMPI"),
+    *("MOTES_ANYWAY", "MOTES_FRAMES", "MOTES_FRESH", "MOTES_LIVE", "MOTES_PREVIEW", "MOTES_STEERING"),
+    *("MOTES_STILL", "MOTES_SWEEP", LAUNCHER, "MPI4PY_LIBMPI"),
 )
 """Variables that `motes run` sets; Open MPI does not pass variables to other hosts by itself."""
 
@@ -335,7 +346,8 @@ def _check_hostfile(hostfile: str) -> None:
     check_names("hostfile", (name[0].partition(":")[0].lstrip("+^") for name in names if name))
 
 
-def _check_program(program: Sequence[str]) -> None:
+def check_program(program: Sequence[str]) -> None:
+    """Raise MotesError if there is no such script or no argument after -m or -c."""
     if not program:
         raise MotesError("no script given: python -m motes run -n 4 script.py")
     if program[0].startswith("-"):

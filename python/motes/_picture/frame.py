@@ -15,6 +15,7 @@ from .. import _core, _extras
 from .._io import files, png
 from .._values import arguments
 from ..errors import ArgumentError, MotesError, NotHereError
+from .formats import format_of, write_by_pillow
 
 __all__ = ["Frame", "arrive", "keep_all", "tell_saves"]
 
@@ -33,7 +34,7 @@ class Frame:
 
     __slots__ = (
         *("__weakref__", "_elsewhere", "_exposure", "_home", "_layers", "_linear", "_missing", "_pixels"),
-        *("_rank", "index", "time"),
+        *("_rank", "index", "left_out", "time"),
     )
 
     def __init__(
@@ -48,6 +49,7 @@ class Frame:
         home: int | None = 0,
         rank: int = 0,
         missing: str = "it was stepped, not rendered",
+        left_out: bool = False,
     ) -> None:
         """Wrap pixels without copying; `World.render` creates frames.
 
@@ -62,6 +64,7 @@ class Frame:
             home: the image generator's rank, for messages; None: no picture was made.
             rank: this rank, for messages.
             missing: why there is no picture, for messages.
+            left_out: whether the whole run has this picture, but this job draws only others.
         """
         self.index = index
         self.time = time
@@ -72,6 +75,7 @@ class Frame:
         self._home = home
         self._rank = rank
         self._missing = missing
+        self.left_out = left_out
         self._elsewhere: Callable[[int, Path, Literal[8, 16]], None] | None = None
         """Called when the script saves a picture of another rank, which may be lost before it writes it."""
 
@@ -141,23 +145,20 @@ class Frame:
         """Write the picture whole or not at all; do nothing on ranks without the picture.
 
         Args:
-            path: its suffix selects the format. .png: sRGB; .npy: `pixels`; .exr: the linear picture as half
-                floats, and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), losslessly compressed;
-                needs the extra [exr].
+            path: its suffix selects the format. .png: sRGB; .jpg, with little loss, and .webp, without any:
+                sRGB, both need the extra [image]; .npy: `pixels`; .exr: the linear picture as half floats,
+                and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), losslessly compressed; needs
+                the extra [exr].
             bits: bits per channel of a PNG: 8, the same as `pixels`, or 16, from the linear picture.
 
         Raises:
             ArgumentError: if the suffix is none of these; on all ranks.
             MotesError: if the renderer kept no linear picture, which EXR and 16 bits need.
-            MissingExtraError: if the extra is not installed.
+            MissingExtraError: if the format's extra is not installed.
         """
-        suffix = arguments.file_path("path", path).suffix.lower()
-        if suffix not in (".png", ".npy", ".exr"):
-            raise ArgumentError("path", os.fspath(path), "a name ending in .png, .npy or .exr")
+        suffix = format_of("path", path)
         if arguments.integer("bits", bits) not in ((8, 16) if suffix == ".png" else (8,)):
             raise ArgumentError("bits", bits, "8 or 16, and 16 only for a name ending in .png")
-        if suffix == ".exr":
-            _extras.require_openexr()
         if self.made and self._linear is None and (suffix == ".exr" or bits == 16):
             raise self._no_light()
         if self._pixels is None:
@@ -170,6 +171,8 @@ class Frame:
             files.write_whole(path, png.encode(self._pixels_16() if bits == 16 else pixels))
         elif suffix == ".npy":
             files.write_whole(path, lambda file: np.save(file, pixels))
+        elif suffix != ".exr":
+            write_by_pillow(path, suffix, pixels)
         else:
             from .._io import exr
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._values import arguments
+from .._values import arguments, environment
 from .._values.arguments import Triple
 from .._values.curves import Curve
 from .._values.values import Settings, at, says_near_names, shown, times_of
@@ -22,7 +22,16 @@ from . import skies
 from .skies import Gradient, Panorama
 from .solids import Light, Solid, add_to
 
-__all__ = ["LAYERS", "Camera", "Renderer", "frame_arguments", "solids_of", "view_of"]
+__all__ = [
+    "LAYERS",
+    "Camera",
+    "Renderer",
+    "camera_of",
+    "frame_arguments",
+    "preview_of",
+    "solids_of",
+    "view_of",
+]
 
 LAYERS = ("depth", "alpha", "velocity")
 LIGHTS = "a list of motes.Light"
@@ -50,9 +59,8 @@ class Camera(Settings):
     focus: float | None
     """The distance of sharp focus, m; None: everything is sharp."""
     aperture: float
-    """Diameter of the lens, m: particles out of focus spread over their circle of confusion, with the same
-    total light. 0: a pinhole, everything is sharp. Solids and the sky always stay sharp. Opaque particles
-    out of focus are blended by coverage."""
+    """Diameter of the lens, m: what is out of focus spreads over its circle of confusion, with the same total
+    light. 0: a pinhole, everything is sharp. The sky always stays sharp."""
 
     _checks = {
         "position": arguments.place,
@@ -226,7 +234,9 @@ class Renderer(Settings):
 
         `pose`: position, look_at, up and fov_deg that replace the camera's.
         """
-        view = _core.View(self.width, self.height)
+        view = _core.View(*preview_of(self.width, self.height))
+        if view.height != self.height:
+            view.set_full_height(self.height)
         self.camera._set_in(view, time, pose)
         skies.set_background(view, at(self.background, time))
         if self.fog is not None:
@@ -258,6 +268,20 @@ class Renderer(Settings):
 def view_of(renderer: Renderer, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
     """Return the engine's view at a time (s), from the camera or another pose; for the package itself."""
     return renderer._view(time, pose)
+
+
+def camera_of(renderer: Renderer, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
+    """Return a view of which only the camera is set, at a time (s); for the package itself."""
+    view = _core.View(1, 1)
+    renderer.camera._set_in(view, time, pose)
+    return view
+
+
+def preview_of(width: int, height: int) -> tuple[int, int]:
+    """Return the size of a picture, px: half of it if the environment asks for previews."""
+    if not environment.read("MOTES_PREVIEW"):
+        return width, height
+    return -(-width // 2), -(-height // 2)
 
 
 def solids_of(renderer: Renderer) -> list[Solid]:

@@ -10,6 +10,7 @@ from .._values.checkpoint import Checkpoint
 from .._values.live import Live
 from .._values.space import Period, ends_of
 from ..balance import policy_of
+from .excerpt import Excerpt
 
 __all__ = ["RunSettings"]
 
@@ -53,6 +54,10 @@ class RunSettings(NamedTuple):
     """Whether a host has fewer processors than ranks; set after the handshake."""
     steering: str | None = None
     """The path of the steer.jsonl of the run that this one repeats."""
+    excerpt: Excerpt | None = None
+    """The frames that are drawn; None: all."""
+    whole_log: str | None = None
+    """The log of the whole run, whose digests an excerpt's pictures are compared with."""
     continued_from: int = 0
     """The first frame of a run that continues an earlier one and its log; 0: a new run."""
 

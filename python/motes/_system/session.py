@@ -110,6 +110,12 @@ class Session:
         return 0 if self.engine is None else self.engine.frame
 
     @property
+    def is_over(self) -> bool:
+        """Whether the frames that this job draws are done."""
+        excerpt = self.settings.excerpt
+        return excerpt is not None and excerpt.over(self.frame)
+
+    @property
     def time(self) -> float:
         """The animation time at the frame's start, in seconds."""
         return self.frame * self.settings.dt

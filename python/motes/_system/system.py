@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
-from .._picture.sprites import Sprite, check_change, native_of
+from .._picture.sprites import Sprite, check_change
 from .._run.scenefile import Recording
 from .._values.curves import Curve
 from .._values.space import are_bricks
@@ -32,6 +32,7 @@ from .system_state import SystemState
 
 if TYPE_CHECKING:
     from .._world.world import World
+    from ..shapes._mesh import Mesh
 
 __all__ = ["System", "state_of"]
 
@@ -303,6 +304,32 @@ class System(Bodies):
         return gathered(self._state, to, unwrapped)
 
     @says_near_names
+    def surface(self, cell: float, *, radius: float | None = None) -> Mesh:
+        """Return the surface of all particles as a closed mesh, such as the skin of a liquid. Collective.
+
+        A particle alone becomes a ball of `radius`. Particles up to about 2 * `radius` apart merge: the
+        surface of a block of particles 2 * `radius` apart is flat, `radius` outside the outer centres. It
+        does not reach across periodic borders: there it is closed on both sides. Particles whose position is
+        not finite are left out.
+
+        Args:
+            cell: side of the cells that the surface is cut into, m: 1/16 to 2 times `radius`. Half of it is
+                fine enough for most uses.
+            radius: radius of a particle, m: half the distance between neighbours; None: `cell`.
+
+        Returns:
+            The mesh, the same on every rank, and for any number of ranks. `Solid` draws it, `Mesh.save`
+            writes it to a file.
+
+        Raises:
+            ArgumentError: if there are no particles, an argument is out of range, or the grid would not fit
+                in memory: the cells near particles are too many (2 GB), or too far from the origin.
+        """
+        from .surfacing import surfaced
+
+        return surfaced(self._state, cell, radius)
+
+    @says_near_names
     def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:
         """Sum an expression over all particles. Collective.
 
@@ -385,11 +412,8 @@ class System(Bodies):
     @sprite.setter
     def sprite(self, value: Sprite) -> None:
         check_change(self._state.sprite, value)
-        native = native_of(value, self._state.columns)
         with self._session.usage.during("setting the sprite"):
-            self._state.sprite = value
-            if self._session.engine is not None:
-                self._session.engine.set_sprite(self._state.index, native)
+            self._state.show_as(value, self._session.engine)
 
     @property
     def axis(self) -> str | None:

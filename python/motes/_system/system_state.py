@@ -83,6 +83,13 @@ class SystemState:
         )
         self.tell_clump(engine)
 
+    def show_as(self, sprite: Sprite, engine: _core.Engine | None) -> None:
+        """Draw the particles with another sprite from here on."""
+        native = native_of(sprite, self.columns)
+        self.sprite = sprite
+        if engine is not None:
+            engine.set_sprite(self.index, native)
+
     def tell_clump(self, engine: _core.Engine) -> None:
         """Pass the template of clumps, if any, to the engine."""
         clump = self.newborn.clump

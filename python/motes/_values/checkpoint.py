@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, Literal
 
 from ..errors import ArgumentError
 from . import arguments
 from .values import Value, value
 
-__all__ = ["Checkpoint"]
+__all__ = ["AUTO", "Checkpoint"]
+
+AUTO = "auto"
 
 
 @value()
@@ -22,17 +24,24 @@ class Checkpoint(Value):
 
     Attributes:
         directory: on a file system that all ranks see; each checkpoint is a folder in it.
-        every: frames from one checkpoint to the next.
-        keep: how many complete checkpoints are kept; with two, the run survives a damaged one.
+        every: frames from one checkpoint to the next; "auto": as many as `seconds` last.
+        keep: how many complete checkpoints are kept; with two, the run survives a damaged one. With "auto",
+            older ones are kept, too.
         pickles: whether a custom balancer's state is saved and loaded by pickle if it holds more than
             numbers, text, lists, dicts and arrays. Loading a pickle can run code chosen by the author of the
             checkpoint.
+        seconds: with "auto": how long computing any frame from the checkpoint before it may take, without
+            pictures and on the same machines. Then `motes frame` and `World.seek` reach each frame quickly.
+        gigabytes: with "auto": the space for checkpoints, 1e9 bytes each. When it is used up, the checkpoints
+            that are closest to others go, so that more seconds lie between those left.
     """
 
     directory: str | os.PathLike[str]
-    every: int = 48
+    every: int | Literal["auto"] = 48
     keep: int = 2
     pickles: bool = False
+    seconds: float = 2
+    gigabytes: float = 10
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -40,10 +49,20 @@ class Checkpoint(Value):
             raise ArgumentError("directory", self.directory, "a directory's path")
         self.__dict__.update(
             directory=os.fspath(self.directory),
-            every=arguments.integer("every", self.every, low=1, high=2**62),
+            every=_every(self.every),
             keep=arguments.integer("keep", self.keep, low=1, high=10**6),
             pickles=arguments.flag("pickles", self.pickles),
+            seconds=arguments.number("seconds", self.seconds, low=0, high=1e9),
+            gigabytes=arguments.number("gigabytes", self.gigabytes, low=0, high=1e9),
         )
+
+
+def _every(given: Any) -> int | str:
+    if isinstance(given, str):
+        if given != AUTO:
+            raise ArgumentError("every", given, "a number of frames >= 1, or 'auto'", known=(AUTO,))
+        return given
+    return arguments.integer("every", given, low=1, high=2**62)
 
 
 def checked(given: Any) -> Checkpoint | None:

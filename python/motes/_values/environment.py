@@ -12,12 +12,14 @@ from typing import Any, NamedTuple
 from ..errors import ArgumentError
 
 __all__ = [
+    "FRAMES",
     "LIVE_OFF",
     "TABLE",
     "Variable",
     "alone",
     "births",
     "fan_out",
+    "frames",
     "grain",
     "is_set",
     "read",
@@ -35,6 +37,7 @@ MOST_THREADS = 1024
 MOST_SKIN = 100
 LEAST_SPEED = 1e-3
 LIVE_OFF = "off"
+FRAMES = "frames such as 400:500, which are 400 to 499; 400: or :500"
 
 
 class Variable(NamedTuple):
@@ -161,6 +164,20 @@ def _up_to(most: int) -> Callable[[str], int]:
         return int(text)
 
     return parse
+
+
+def frames(text: str) -> tuple[int, int | None]:
+    """Parse a range of frames, `400:500`, `400:` or `:500`, of which the last is not drawn.
+
+    Raises ValueError.
+    """
+    first, colon, end = text.partition(":")
+    if not colon or any(part and not (part.isascii() and part.isdigit()) for part in (first, end)):
+        raise ValueError(text)
+    low, high = int(first or 0), int(end) if end else None
+    if high is not None and not low < high or max(low, high or 0) > 2**62:
+        raise ValueError(text)
+    return low, high
 
 
 def _speeds(text: str) -> dict[int, float]:
@@ -326,11 +343,40 @@ TABLE = {
             default_text="an error",
         ),
         Variable(
+            "MOTES_FRAMES",
+            "set by `motes run --frames`: only these frames are drawn, and the run ends after them",
+            FRAMES,
+            frames,
+            default_text="all frames",
+        ),
+        Variable(
+            "MOTES_STILL",
+            "set by `motes frame`: where the only frame of MOTES_FRAMES is saved; nothing else is written",
+            "a file",
+            str,
+            default_text="the script's films, logs and exports are written",
+        ),
+        Variable(
+            "MOTES_PREVIEW",
+            "1: pictures have half their size, and sprites sized in pixels shrink along",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="the renderer's size",
+        ),
+        Variable(
             "MOTES_LIVE",
             "serve the run to browsers: a port and options, such as 8080,paused,wait,host=0.0.0.0; or off",
             "off, or a port 0..65535 followed by paused, wait or host=ADDRESS, separated by commas",
             _live,
             default_text="the script's `World(live=...)`",
+        ),
+        Variable(
+            "MOTES_REHEARSAL",
+            "set by `motes live`: run this many frames without writing any file, then end the process",
+            f"an integer 1..{MOST_RANKS}",
+            _up_to(MOST_RANKS),
+            default_text="an ordinary run",
         ),
         Variable(
             "MOTES_STEERING",

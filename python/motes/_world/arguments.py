@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Container, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from .._mpi import alone, rank_process
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run import sweeping
+from .._run.excerpt import Excerpt
 from .._run.process import process
 from .._run.settings import RunSettings
 from .._system.system import state_of
@@ -61,10 +63,13 @@ def settings(
     `cast`, `speeds`: which rank plays which role, and the ranks' speeds, as given by `roles`.
     """
     given = dict(sweeping.given_with(given))
-    seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
+    seed, axes, log = given["seed"], axis(given["axis"]), directory(given["log"])
+    excerpt = Excerpt.current()
+    is_still = excerpt is not None and excerpt.still is not None
+    own_log = log if excerpt is None or log is None else os.fspath(excerpt.beside(Path(log)))
     space, periods = interval(given["space"]), periods_of(given["periodic"])
     check_periods(axes, space, periods)
-    return RunSettings(
+    checked = RunSettings(
         seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
         dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
         substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
@@ -80,15 +85,20 @@ def settings(
         threads=environment.threads(given["threads"]),
         clock=arguments.choice("clock", given["clock"], ("cpu", "wall")),
         digest=arguments.flag("digest", given["digest"]),
-        log=directory(log),
-        spans=spans(given["spans"], log=log),
+        log=None if is_still else own_log,
+        spans=spans(given["spans"], log=log) and not is_still,
         speeds=speeds,
         stall_s=environment.stall_s(),
         checkpoint=checkpoint_of(given["checkpoint"]),
         on_loss=arguments.choice("on_loss", given["on_loss"], ("stop", "recover")),
-        live=live_of(given["live"]),
+        live=None if is_still else live_of(given["live"]),
         steering=repeating.checked(given["steering"]),
+        excerpt=excerpt,
+        whole_log=None if excerpt is None or environment.read("MOTES_PREVIEW") else log,
     )
+    if not environment.read("MOTES_REHEARSAL"):
+        return checked
+    return checked._replace(log=None, spans=False, checkpoint=None, live=None, steering=None)
 
 
 def axis(value: Any, world: str | None = None) -> str:

@@ -122,7 +122,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     settings = settings.agreed(
         seed=seed,
         threads=run.threads[comm.rank],
-        continued_from=settings.continued_from if origin is None else origin.frame,
+        continued_from=settings.continued_from if origin is None or settings.excerpt else origin.frame,
         crowded=are_crowded(places),
     )
     _claim_log(run, settings)
@@ -191,6 +191,7 @@ def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Origin | None:
             fresh=environment.read("MOTES_FRESH"),
             anyway=environment.read("MOTES_ANYWAY"),
             stall_s=settings.stall_s,
+            most=None if settings.excerpt is None else settings.excerpt.first,
         ),
     )
 

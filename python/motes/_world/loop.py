@@ -10,6 +10,7 @@ from .._run import stopping, sweeping
 from .._system.session import Session, outside
 from .._values import arguments
 from ..errors import MotesError
+from .seeking import Seeking
 from .telling import warn
 from .viewers import Viewers
 
@@ -36,6 +37,7 @@ class Loop:
         self._in_cell: CellProgress | None = None
         self.report: sweeping.Report | None = None
         """What `motes sweep` wants to know of this world; None: it does not run the script."""
+        self.seeking = Seeking(session)
 
     def frames(self, n: int) -> Iterator[int]:
         """Check the argument of `World.frames`, and return an iterator over the numbers of its frames."""
@@ -58,14 +60,17 @@ class Loop:
             while True:
                 if self.checkpoints is not None:
                     self.checkpoints.at_border(session.frame)
-                if session.frame >= n or viewers.at_border():
+                if session.frame >= n or session.is_over or viewers.at_border():
                     return
                 frame = session.frame
+                if frame == 0:
+                    self.seeking.note_start()
+                self.seeking.sought = self.seeking.jumped = False
                 self._show_in_cell()
                 viewers.looping = True
                 stopping.arm()  # a notebook resets the handler of Ctrl-C for each cell
                 yield frame
-                if session.frame != frame + 1:
+                if session.frame != frame + 1 and not self.seeking.sought:
                     raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
                 viewers.looping = False
         finally:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
+from typing import Any
 
 from .. import _core
 from .._live.steering import Steering
 from .._picture.frame import Frame, keep_all
-from .._picture.rendering import Renderer, frame_arguments, view_of
+from .._picture.rendering import Renderer, camera_of, frame_arguments, view_of
 from .._system.session import Session
 
 __all__ = ["Pictures"]
@@ -31,18 +32,16 @@ class Pictures:
         """The current renderer."""
         return self._renderer()
 
-    @property
-    def streaks(self) -> bool:
-        """Whether a picture's streaks begin at the camera of the frame before it."""
-        renderer = self._renderer()
-        return renderer is not None and renderer.shutter > 0
+    def view(self, time: float, *, camera_only: bool = False) -> _core.View:
+        """Return the renderer's view at `time` (s), with the viewers' camera if they have moved it.
 
-    def view(self, time: float) -> _core.View:
-        """Return the renderer's view at `time` (s), with the viewers' camera if they have moved it."""
+        `camera_only`: the view of a frame without a picture, at whose camera the next one's streaks begin.
+        """
         renderer = self._renderer()
         assert renderer is not None
         pose = self.steering.camera
-        return view_of(renderer, time, None if pose is None else tuple(pose))
+        see = camera_of if camera_only else view_of
+        return see(renderer, time, None if pose is None else tuple(pose))
 
     def take(self, engine: _core.Engine, index: int, time: float, view: _core.View) -> Frame:
         """Return the frame with the picture that the engine has drawn of `view`."""
@@ -53,10 +52,11 @@ class Pictures:
             self._last = weakref.ref(frame)
         return frame
 
-    def absent(self, index: int, missing: str = "") -> Frame:
+    def absent(self, index: int, missing: str = "", *, left_out: bool = False) -> Frame:
         """Return a frame without a picture; `missing` says why, if one was requested."""
         time = (index + 1) * self._session.settings.dt
-        return Frame(index, time, None, home=None, rank=self._session.rank, missing=missing)
+        facts: dict[str, Any] = {"home": None, "rank": self._session.rank, "left_out": left_out}
+        return Frame(index, time, None, missing=missing, **facts)
 
     def keep_last(self) -> None:
         """Fetch the last picture's arrays before the engine overwrites them."""

@@ -12,12 +12,14 @@ from .. import _core
 from .._io.output import tell
 from .._picture.frame import Frame
 from .._run import busy, ending, losses, scenefile, script_lines, stopping, waiting
+from .._run.excerpt import LEFT_OUT, Excerpt, check_digest, logged_digests, missing
 from .._run.process import OpenRun, process
 from .._run.speaking import mark
 from .._run.usage import Weakly
 from .._system.first_frame import remarks_on
 from .._system.session import Session
 from .._system.system_state import SystemState
+from .._values import environment
 from .._values import roles as _roles
 from .._values.wall import WallForce, wall_force
 from ..errors import ArgumentError, MotesError, Stopped
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
     from .recovering import Recovery
 
 __all__ = ["Running"]
+
+HIDDEN = "it was stepped over, on the way to the frame where the page was"
 
 
 class Running:
@@ -60,6 +64,7 @@ class Running:
         self._telling = telling
         self._recovery: Recovery | None = None
         self._unseen: list[SystemState] = []  # systems whose first list has not run yet
+        self._logged: dict[int, str] | None = None  # the whole run's digests, on the image generator
         self._pictured = False  # whether this process has ended a frame with a picture
         viewers.before_stopping = loop.save_now
         session.given_up = lambda: self._leave(well=False)
@@ -188,6 +193,7 @@ class Running:
                 ending.stop_job(error, session.run)  # returns only if this is the only rank
                 return
             remarks = self._finish()
+            self._miss_frames(told=error is not None)
             well = True
             if self.viewers.stop.signal and session.manages:
                 goes_on, number = self.loop.checkpoints is not None, self.viewers.stop.signal
@@ -207,13 +213,28 @@ class Running:
         for remark in remarks:
             warn(session, remark, 4)
 
+    def _miss_frames(self, *, told: bool) -> None:
+        """Say which frames of an excerpt the script lacks. Raises MotesError if it lacks all."""
+        session, excerpt = self.session, self.session.settings.excerpt
+        if excerpt is None or told or self.viewers.stop.signal or self.viewers.steering.stopped:
+            return
+        text = missing(excerpt, session.frame)
+        if text and excerpt.first >= session.frame:
+            failure = MotesError(text)
+            failure.speaker = session.cast[0]
+            raise failure
+        if text and session.manages:
+            tell(f"motes: {text}")
+
     def _finish(self) -> list[str]:
         """Close files, write the last checkpoint and finish the engine; return the engine's last remarks."""
         session = self.session
+        self.viewers.end_rehearsal()
         for files in list(session.files):
             files.close()
         self.viewers.open_file()  # in case the run had no frame
         self.loop.save_now()
+        self.viewers.hold_at_end()
         engine = session.begin("the end of the world")
         try:
             if self._recovery is not None:
@@ -268,17 +289,62 @@ class Running:
         if self.loop.skips():
             return self._skipped()
         session, index = self.session, self.session.frame
+        why = "" if self._is_drawn(index) else LEFT_OUT
+        if not why and self.viewers.steering.hidden(index):
+            why = HIDDEN
+        if why:
+            self._run("render()", None)
+            self.loop.shows(None)
+            return self.pictures.absent(index, why, left_out=why == LEFT_OUT)
         view = self.pictures.view(session.time)
+        if (excerpt := session.settings.excerpt) is not None and excerpt.still is not None:
+            view.set_linear(view.linear or excerpt.still.lower().endswith(".exr"))
         engine = self._run("render()", view)
         if session.recording is not None and not session.recording.full:
             return self.pictures.absent(index, scenefile.NO_PICTURE)
         frame = self.pictures.take(engine, index, (index + 1) * session.settings.dt, view)
+        if environment.read("MOTES_REHEARSAL"):
+            self.loop.shows(None)
+            return self.pictures.absent(index, "a rehearsal keeps no pictures")
         if not frame and self._recovery is not None:
             self._recovery.note_picture(frame)
         if frame and session.settings.digest:
             engine.set_image_sha256(frame.digest())
+        if excerpt is not None:
+            self._check_excerpt(engine, frame, excerpt)
         self.loop.shows(frame)
         return frame
+
+    def _is_drawn(self, index: int) -> bool:
+        excerpt = self.session.settings.excerpt
+        return index >= self.loop.seeking.drawn_from and (excerpt is None or index in excerpt)
+
+    def _check_excerpt(self, engine: _core.Engine, frame: Frame, excerpt: Excerpt) -> None:
+        """Compare a picture with the whole run's log. Of `motes frame`, save it and end the job; collective.
+
+        Raises MotesError if they differ, Stopped after the only frame.
+        """
+
+        def check() -> str:
+            if frame and not environment.read("MOTES_ANYWAY"):
+                log = self.session.settings.whole_log
+                self._logged = logged_digests(log) if self._logged is None else self._logged
+                check_digest(frame, self._logged, log)
+            if frame and excerpt.still is not None:
+                frame.save(excerpt.still)
+                tell(f"motes: frame {frame.index} is in {excerpt.still}")
+            return ""
+
+        if excerpt.still is None:
+            check()
+            return
+        engine.tell(check)
+        raise Stopped(0)
+
+    def seek(self, frame: int) -> None:
+        """Go on with another frame: `World.seek`."""
+        self.session.usage.check("seek()")
+        self.loop.seeking.seek(frame, self.loop.checkpoints)
 
     def step(self) -> Frame:
         """End the frame without a picture: `World.step`."""
@@ -297,8 +363,10 @@ class Running:
 
     def _run(self, call: str, view: _core.View | None) -> _core.Engine:
         session, viewers = self.session, self.viewers
-        if viewers.steering.stopped:
+        if viewers.steering.stopped or session.is_over:
             raise Stopped(0)
+        if viewers.looping and self.loop.seeking.jumped:
+            raise MotesError("seek() has changed the frame: `continue` with the loop's next iteration")
         if viewers.stops():
             raise Stopped(stopping.code_of(viewers.stop.signal))
         engine = session.begin(call)
@@ -310,8 +378,8 @@ class Running:
             if self._recovery is not None:
                 self._recovery.tell_unsaved(engine)
             with script_lines.located(session.line_of, lambda: engine.failed_at):
-                if view is None and self.pictures.streaks:
-                    engine.pass_camera(self.pictures.view(session.time))
+                if view is None and self.pictures.renderer is not None:
+                    engine.pass_camera(self.pictures.view(session.time, camera_only=True))
                 engine.run_frame(view, viewers.steering.agreement())
         finally:
             session.end_conversation(engine)

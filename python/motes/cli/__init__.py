@@ -22,6 +22,7 @@ __all__ = ["COMMANDS", "LAB", "command", "main"]
 PROGRAM = "python -m motes"
 COMMANDS = {
     "run": "start a script on N ranks with the right mpirun",
+    "frame": "draw one frame of a script and save it",
     "live": "the same, shown in a browser, where it can be steered",
     "doctor": "examine this installation; exit code 1 if something is wrong",
     "watch": "show a run in progress, from its log",

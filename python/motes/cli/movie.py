@@ -1,13 +1,21 @@
-"""Join the numbered PNG pictures of a directory into a film.
+"""Join numbered PNG pictures, or films of ranges of frames, into one film.
 
   python -m motes movie out/frames
   python -m motes movie out/frames -o film.mp4 --fps 30
   python -m motes movie out --series snow. --gaps hold
+  python -m motes movie out/film.mp4
+  python -m motes movie out/frames --sheet 4x3 -o sheet.png
 
 Pictures have names such as frame.0000.png or snow12.png; the text before the number is their series. They are
 ordered by number and must have the same size. A missing number is an error, unless --gaps says what to show
 instead: `hold` the picture before it, `skip` nothing. A film has no alpha channel: transparent pixels show
 the colour of --background.
+
+Films of ranges, which `run --frames` makes, have names such as film.000400-000500.mp4. They are joined,
+without encoding them again, into film.mp4: give that name, or their directory. The file
+film.000400-000500.mp4.seam, which holds the pictures of seconds that two ranges share, must be there, too.
+
+--sheet 4x3 makes one picture of twelve, four in a row, from pictures or a film, at equal intervals.
 """
 
 from __future__ import annotations
@@ -35,9 +43,10 @@ _MOST_NAMED = 5
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `movie`."""
-    parser.add_argument("directory", metavar="DIR", help="where the pictures are")
-    parser.add_argument("-o", "--output", metavar="FILE", help="the film: .mp4, .mkv or .mov (DIR.mp4)")
-    parser.add_argument("--fps", type=float, default=24, help="pictures per second (24)")
+    parser.add_argument("directory", metavar="DIR", help="where the pictures are; or a film")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the film (DIR.mp4), or the sheet")
+    parser.add_argument("--fps", type=float, help="pictures per second (24)")
+    parser.add_argument("--sheet", type=_grid, metavar="4x3", help="a contact sheet instead of a film")
     parser.add_argument("--series", metavar="NAME", help="only pictures with this name before the number")
     parser.add_argument(
         "--gaps",
@@ -64,14 +73,79 @@ def _color(text: str) -> tuple[int, int, int]:
 def run(args: argparse.Namespace) -> int:
     """Write the film and print its figures."""
     folder = Path(args.directory)
+    if args.sheet is not None:
+        return _make_sheet(args, folder)
+    if films := _ranges(folder, args.series):
+        return _join_ranges(args, films)
     named = folder if folder.name not in ("", "..") else folder.resolve()
     target = Path(args.output) if args.output else named.with_name(f"{named.name}.mp4")
     figures = join(
-        folder, target, fps=args.fps, series=args.series, gaps=args.gaps, background=args.background
+        folder, target, fps=args.fps or 24, series=args.series, gaps=args.gaps, background=args.background
     )
     print_figures(
         args, figures, "{film}: {pictures} pictures of {width}x{height}, {seconds:.2f} s".format(**figures)
     )
+    return 0
+
+
+def _grid(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"([1-9]\d?)x([1-9]\d?)", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"must be columns x rows, such as 4x3, 1..99 each, got {text!r}")
+    return int(match[1]), int(match[2])
+
+
+def _make_sheet(args: argparse.Namespace, source: Path) -> int:
+    from .._film.sheet import make_sheet, pictures_of_film
+
+    columns, rows = args.sheet
+    if args.output is None:
+        raise MotesError("movie --sheet: no file given for the sheet: add `-o sheet.png`")
+    if source.is_dir():
+        numbered = _numbered(source, args.series)
+        _one_size([numbered[number] for number in sorted(numbered)])
+        chosen = [sorted(numbered)[i] for i in _spread(len(numbered), columns * rows)]
+        pictures = {number: _pixels(numbered[number], args.background) for number in chosen}
+    else:
+        pictures = pictures_of_film(source, lambda frames: _spread(frames, columns * rows))
+    figures = make_sheet(pictures, columns, Path(args.output))
+    print_figures(args, figures, "{sheet}: {pictures} pictures, {width}x{height}".format(**figures))
+    return 0
+
+
+def _spread(count: int, most: int) -> list[int]:
+    """Return up to `most` of the numbers below `count`, at equal intervals, with the first and the last."""
+    if count <= most:
+        return list(range(count))
+    return [round(i * (count - 1) / (most - 1)) for i in range(most)] if most > 1 else [count // 2]
+
+
+def _ranges(source: Path, series: str | None) -> list[Path]:
+    """List the films of ranges at a path: of one film, or the only film in a directory without pictures."""
+    from .._film.parts import films_in, parts_of
+
+    if not source.is_dir():
+        return parts_of(source)
+    films = films_in(source)
+    if series is not None:
+        films = [film for film in films if film.stem == series]
+    elif any(_NUMBERED.fullmatch(path.name) for path in source.iterdir()):
+        return []
+    if len(films) > 1:
+        named = ", ".join(repr(film.stem) for film in films)
+        raise MotesError(f"{source} has ranges of several films: {named}; choose one with --series")
+    return parts_of(films[0]) if films else []
+
+
+def _join_ranges(args: argparse.Namespace, films: list[Path]) -> int:
+    from .._film.parts import join as join_parts
+    from .._film.parts import whole_of
+
+    if args.fps is not None:
+        raise MotesError("movie --fps: the films of ranges have their own rate")
+    figures = join_parts(films, Path(args.output) if args.output else whole_of(films[0]))
+    text = "{film}: {parts} parts, {pictures} pictures of {width}x{height}, {seconds:.2f} s"
+    print_figures(args, figures, text.format(**figures))
     return 0
 
 

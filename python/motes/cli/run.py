@@ -7,9 +7,14 @@
   python -m motes run -n 4 -- --bind-to core script.py [arguments]
   python -m motes run -n 4 --restarts 3 script.py
   python -m motes run -n 2 --steering log/steer.jsonl script.py
+  python -m motes run -n 4 --frames 400:500 script.py
 
 A script with checkpoints continues from its newest complete one when the same command is run again; with
 --restarts it does so automatically.
+
+--frames 400:500 draws frames 400 to 499. The frames before are computed without pictures, from the newest
+checkpoint. Films, logs and exports get names such as film.000400-000500.mp4; `movie film.mp4` joins the films
+of all ranges. --preview draws at half the size.
 
 With --survive (Open MPI 5) the other ranks outlive one that is killed: worlds with on_loss="recover" continue
 without it.
@@ -24,16 +29,17 @@ import os
 from pathlib import Path
 
 from .._launch import starting
+from .._values.environment import FRAMES, frames
 from ..errors import ArgumentError
 
-__all__ = ["configure", "run"]
+__all__ = ["add_wishes", "configure", "run", "tell_ranks"]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `run`."""
     parser.usage = (
         "python -m motes run -n N [--hosts h1,h2:2 | --hostfile FILE] [--survive] [--restarts K] "
-        "[--fresh] [--anyway] [--steering FILE] [-- mpirun options] "
+        "[--fresh] [--anyway] [--steering FILE] [--frames FIRST:END] [--preview] [-- mpirun options] "
         "script.py [arguments]"
     )
     parser.add_argument("-n", "-np", "--ranks", type=int, required=True, metavar="N", help="number of ranks")
@@ -43,6 +49,38 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--restarts", type=int, default=0, metavar="K", help="restart up to K times after a rank is lost"
     )
+    add_wishes(parser)
+    parser.add_argument(
+        "--frames",
+        metavar="FIRST:END",
+        help="draw only these frames, END not included; `movie` joins the films of several ranges",
+    )
+    rest = argparse.REMAINDER
+    parser.add_argument("-m", nargs=rest, dest="module", metavar="...", help="a module and its arguments")
+    parser.add_argument("-c", nargs=rest, dest="code", metavar="...", help="Python code and its arguments")
+    parser.add_argument("program", nargs=rest, metavar="script.py ...", help="a script and its arguments")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Start the job and wait for it; one rank on this host replaces this process."""
+    options, program = split_program(args)
+    tell_ranks(args)
+    if args.frames is not None:
+        check_frames("--frames", args.frames)
+        os.environ["MOTES_FRAMES"] = args.frames
+    return starting.run(
+        args.ranks,
+        program,
+        hosts=args.hosts,
+        hostfile=args.hostfile,
+        options=options,
+        survive=args.survive,
+        restarts=args.restarts,
+    )
+
+
+def add_wishes(parser: argparse.ArgumentParser) -> None:
+    """Add options that both `run` and `frame` have."""
     parser.add_argument(
         "--fresh",
         action="store_true",
@@ -56,31 +94,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="repeat what viewers did in an earlier run: the steer.jsonl of its log",
     )
-    rest = argparse.REMAINDER
-    parser.add_argument("-m", nargs=rest, dest="module", metavar="...", help="a module and its arguments")
-    parser.add_argument("-c", nargs=rest, dest="code", metavar="...", help="Python code and its arguments")
-    parser.add_argument("program", nargs=rest, metavar="script.py ...", help="a script and its arguments")
+    parser.add_argument(
+        "--preview", action="store_true", help="draw at half the size, with sprites sized in pixels along"
+    )
 
 
-def run(args: argparse.Namespace) -> int:
-    """Start the job and wait for it; one rank on this host replaces this process."""
-    options, program = split_program(args)
-    for wanted, variable in ((args.fresh, "MOTES_FRESH"), (args.anyway, "MOTES_ANYWAY")):
-        if wanted:
-            os.environ[variable] = "1"
+def tell_ranks(args: argparse.Namespace) -> None:
+    """Set the variables that tell the ranks about the options of `add_wishes`."""
+    for name in ("fresh", "anyway", "preview"):
+        if getattr(args, name):
+            os.environ[f"MOTES_{name.upper()}"] = "1"
     if args.steering is not None:
         if not Path(args.steering).is_file():
             raise ArgumentError("--steering", args.steering, "the steer.jsonl of an earlier run")
         os.environ.update(MOTES_STEERING=str(Path(args.steering).absolute()))
-    return starting.run(
-        args.ranks,
-        program,
-        hosts=args.hosts,
-        hostfile=args.hostfile,
-        options=options,
-        survive=args.survive,
-        restarts=args.restarts,
-    )
+
+
+def check_frames(argument: str, text: str) -> None:
+    """Raise ArgumentError unless the text is a range of frames."""
+    try:
+        frames(text)
+    except ValueError:
+        raise ArgumentError(argument, text, FRAMES) from None
 
 
 def split_program(args: argparse.Namespace) -> tuple[list[str], list[str]]:

@@ -219,10 +219,28 @@ class View:
         spot_deg: float,
     ) -> None: ...
     def add_mesh(
-        self, mesh: Shape, color: collections.abc.Sequence[float], light: float, image: int, scale: float
+        self,
+        shape: Shape,
+        color: collections.abc.Sequence[float],
+        light: float,
+        image: int,
+        scale: float,
+        roughness: float,
+        metal: float,
+        finish_image: int,
+        glass: float,
     ) -> None: ...
     def add_object(
-        self, shape: Shape, color: collections.abc.Sequence[float], light: float, image: int, scale: float
+        self,
+        shape: Shape,
+        color: collections.abc.Sequence[float],
+        light: float,
+        image: int,
+        scale: float,
+        roughness: float,
+        metal: float,
+        finish_image: int,
+        glass: float,
     ) -> None: ...
     def check(self) -> None: ...
     def set_background(self, color: collections.abc.Sequence[float]) -> None: ...

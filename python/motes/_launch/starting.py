@@ -7,10 +7,11 @@ import importlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -21,7 +22,9 @@ from .._mpi.presence import LAUNCHER_TELLS, started_by
 from .._run import losses
 from .._values import environment
 from ..errors import ArgumentError, MotesError
+from .files import folder_of_a_launcher
 from .hosts import check_names, reachable
+from .resizing import LAUNCHER, Resizing, Size
 from .supervisor import supervise
 
 __all__ = [
@@ -189,37 +192,52 @@ def run(
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
     rank = started_by(python, is_rank=program[0] != "-m")  # a module may start the script in another process
-    alone = ranks == 1 and not hosts and not hostfile and not options
     if survive:
         _check_survival()
 
-    def compose() -> list[str]:
-        if alone:
+    def compose(size: Size) -> list[str]:
+        if size.ranks == 1 and not size.hosts and not hostfile and not options:
             return python
-        return command(ranks, rank, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
+        return command(
+            size.ranks, rank, hosts=size.hosts, hostfile=hostfile, options=options, survive=survive
+        )
 
-    argv = compose()
-    if not alone:
+    argv = compose(size := Size(ranks, hosts))
+    if argv is not python:
         library()
         os.environ.update(same_library(import_mpi()))  # also for scripts that import mpi4py before motes
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
-    if not alone or restarts > 0:
+    if argv != python or restarts > 0:
         variables = {**losses.ENVIRONMENT, **LAUNCHER_TELLS} if survive else {}
-        ended = supervise(argv, variables, ranks)
-        for left in range(restarts - 1, -1, -1):
-            if not ended.lost:
-                break
-            os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
-            if hosts is not None:
-                hosts = reachable(hosts)
-            tell(f"motes run: restarts; {left} more {'restart is' if left == 1 else 'restarts are'} allowed")
-            ended = supervise(compose(), variables, ranks)
-        return ended.code
+        with folder_of_a_launcher() as folder:
+            return _run_again(Resizing(folder, size, compose), compose, variables, restarts)
     if os.name == "posix":
         os.execve(argv[0], argv, os.environ)  # os.environ lacks what MPI added when it started
     return subprocess.run(argv).returncode
+
+
+def _run_again(
+    resizing: Resizing, compose: Callable[[Size], list[str]], variables: Mapping[str, str], restarts: int
+) -> int:
+    """Run a job to its end, over all its starts, and return the exit code."""
+    os.environ[LAUNCHER] = "-"  # for `compose`; `supervise` sets it
+    if hasattr(signal, "SIGUSR2"):  # must not end this process between two starts of the job
+        signal.signal(signal.SIGUSR2, lambda *_: None)
+    while True:
+        ended = supervise(compose(resizing.size), variables, resizing.size.ranks, resizing)
+        resized = resizing.take(ended.code)
+        if not resized and (restarts == 0 or not ended.lost):
+            return ended.code
+        os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
+        if resized:
+            continue
+        restarts -= 1
+        if resizing.size.hosts is not None:
+            resizing.size = resizing.size._replace(hosts=reachable(resizing.size.hosts))
+        more = f"{restarts} more {'restart is' if restarts == 1 else 'restarts are'} allowed"
+        tell(f"motes run: restarts; {more}")
 
 
 def cannot_survive(launcher: Version | None = None) -> str | None:
@@ -242,7 +260,7 @@ def _check_survival(launcher: Version | None = None) -> None:
 
 _TOLD_ALL = (
     *("MOTES_ANYWAY", "MOTES_FRAMES", "MOTES_FRESH", "MOTES_LIVE", "MOTES_PREVIEW", "MOTES_STEERING"),
-    *("MOTES_STILL", "MOTES_SWEEP", "MPI4PY_LIBMPI"),
+    *("MOTES_STILL", "MOTES_SWEEP", LAUNCHER, "MPI4PY_LIBMPI"),
 )
 """Variables that `motes run` sets; Open MPI does not pass variables to other hosts by itself."""
 

@@ -53,10 +53,12 @@ class Steering:
 
     # --- controls
 
-    def control(self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any) -> Control:
+    def control(
+        self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any, group: Any = None
+    ) -> Control:
         """Make a control: see `controls.made`."""
         value = sweeping.default_of(name, value, choices)
-        control = made(self._values, name, value, low, high, step, choices)
+        control = made(self._values, name, value, low, high, step, choices, group)
         self.controls[control.name] = control
         self._text = None
         if control.name in self._left:

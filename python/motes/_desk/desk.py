@@ -86,6 +86,8 @@ class Desk(Site):
         self._job: Job | None = None
         self._take = 0
         self._newest: Encoded | None = None
+        self._count = 0  # of pictures, over all runs
+        self._counted = (0, 0)  # the take and the number of the last one
         self._told: dict[str, Any] = {}  # the run's last state
         self._facts: dict[str, Any] = {"reloads": start.reload, "error": None, "notice": None}
         self._rows: list[dict[str, Any]] = []  # what has changed in this take, as in steer.jsonl
@@ -306,10 +308,11 @@ class Desk(Site):
         _, number, frame, _, kind = _HEADER.unpack_from(picture)
         if kind == 0:
             self._film.add(frame, Shot(self._take, picture[_HEADER.size :]))
-        # Numbers of several runs must grow: each begins with 1.
-        number += (self._take - 1) << 24
-        message = _HEADER.pack(MAGIC, number, *_HEADER.unpack_from(picture)[2:]) + picture[_HEADER.size :]
-        self._newest = Encoded(number, kind == 1, message)
+        if (self._take, number) != self._counted:  # each run counts from 1; a picture may come twice
+            self._counted = self._take, number
+            self._count += 1
+        head = _HEADER.pack(MAGIC, self._count, *_HEADER.unpack_from(picture)[2:])
+        self._newest = Encoded(self._count, kind == 1, head + picture[_HEADER.size :])
         self._offer()
 
     def printed(self, job: Job) -> None:

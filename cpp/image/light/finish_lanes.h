@@ -19,10 +19,10 @@ MOTES_INLINE FinishLanes finish_lanes(const image::Finish& finish) {
 }
 
 /// Light that a surface sends to the eye: `on_color` times its colour, plus `clear`.
-struct Sent {
+struct SentLight {
   Floats3 on_color, clear;
 };
-MOTES_INLINE Floats3 of_color(const Sent& sent, Floats3 color) {
+MOTES_INLINE Floats3 of_color(const SentLight& sent, Floats3 color) {
   return {color.x * sent.on_color.x + sent.clear.x, color.y * sent.on_color.y + sent.clear.y,
           color.z * sent.on_color.z + sent.clear.z};
 }
@@ -67,7 +67,7 @@ class Gleam {
   MOTES_INLINE Floats3 reflected() const { return reflected_; }
 
   /// Returns what the surface sends if `scattered` is the light that falls on it.
-  MOTES_INLINE Sent sent(Floats3 scattered) const {
+  MOTES_INLINE SentLight sent(Floats3 scattered) const {
     constexpr float kPlain = 0.04f;  // what most materials reflect of light that meets them at a right angle
     const Floats rim = rim_at(facing_), dull = 1.0f - metal_;
     const Floats kept = dull * (1.0f - (rim + kPlain * (smooth_ - rim)));

@@ -19,31 +19,9 @@ MOTES_INLINE Floats3 in_world(const image::SurfaceLight& t, Floats3 v) {
   return all3(t.right) * v.x + all3(t.up) * v.y + all3(t.back) * v.z;
 }
 
-/// Returns the light on a white surface.
-MOTES_INLINE Floats3 light_on(const image::SurfaceLight& t, const SurfacePoint& at) {
-  const Floats3 place = in_world(t, at.place), normal = in_world(t, at.normal);
-  Floats3 light = ambient_at(t.ambient, normal);
-  if (t.sun.shines) light = light + all3(t.sun.color) * max(dot(normal, all3(t.sun.toward)), Floats{});
-  for (std::size_t k = 0; k < t.count; ++k) {
-    const image::Lamp& lamp = t.lamp[k];
-    const Floats3 along = all3(lamp.position) - place;
-    const Floats square = max(dot(along, along), all(1e-6f));
-    Floats part = max(dot(normal, along), Floats{}) / (square * sqrt(square));
-    if (lamp.per_cosine > 0) part *= in_cone(lamp, along, square);
-    light = light + all3(lamp.color) * part;
-  }
-  return light;
-}
-
-/// Returns what a surface that reflects sends to the eye: the same as a solid.
-MOTES_OUTLINE Sent sent_by(const image::SurfaceLight& t, const SurfacePoint& at) {
-  const Floats3 place = in_world(t, at.place), normal = in_world(t, at.normal);
-  Gleam gleam(finish_lanes(t.finish), normal, place * (-1.0f / sqrt(max(dot(place, place), all(1e-30f)))));
-  Floats3 scattered = ambient_at(t.ambient, normal);
-  const auto add = [&](Floats3 light, Floats3 toward) {
-    scattered = scattered + light;
-    gleam.add(light, toward);
-  };
+/// Calls add(light, toward) for the sun and each lamp: their light on a white surface, and the way to them.
+template <class Add>
+MOTES_INLINE void for_each_light(const image::SurfaceLight& t, Floats3 place, Floats3 normal, const Add& add) {
   if (t.sun.shines) add(all3(t.sun.color) * max(dot(normal, all3(t.sun.toward)), Floats{}), all3(t.sun.toward));
   for (std::size_t k = 0; k < t.count; ++k) {
     const image::Lamp& lamp = t.lamp[k];
@@ -53,6 +31,25 @@ MOTES_OUTLINE Sent sent_by(const image::SurfaceLight& t, const SurfacePoint& at)
     if (lamp.per_cosine > 0) part *= in_cone(lamp, along, square);
     add(all3(lamp.color) * part, along);
   }
+}
+
+/// Returns the light on a white surface.
+MOTES_INLINE Floats3 light_on(const image::SurfaceLight& t, const SurfacePoint& at) {
+  const Floats3 place = in_world(t, at.place), normal = in_world(t, at.normal);
+  Floats3 light = ambient_at(t.ambient, normal);
+  for_each_light(t, place, normal, [&](Floats3 more, Floats3) __attribute__((always_inline)) { light = light + more; });
+  return light;
+}
+
+/// Returns what a surface that reflects sends to the eye: the same as a solid.
+MOTES_OUTLINE SentLight sent_by(const image::SurfaceLight& t, const SurfacePoint& at) {
+  const Floats3 place = in_world(t, at.place), normal = in_world(t, at.normal);
+  Gleam gleam(finish_lanes(t.finish), normal, place * (-1.0f / sqrt(max(dot(place, place), all(1e-30f)))));
+  Floats3 scattered = ambient_at(t.ambient, normal);
+  for_each_light(t, place, normal, [&](Floats3 more, Floats3 toward) {
+    scattered = scattered + more;
+    gleam.add(more, toward);
+  });
   gleam.add_sky(t.sky, t.ambient, first_lanes(kLanes));
   return gleam.sent(scattered);
 }

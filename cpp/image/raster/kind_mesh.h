@@ -221,7 +221,7 @@ struct MeshOf {
   MOTES_OUTLINE void set_passing(const TintedFacet& f, float right, float down, Float3 (&passes)[2]) const {
     const Floats3 place = all3(place_on(f, right, down)), normal = all3(normal_on(f, right, down));
     const image::SurfaceLight& light = *task.light;
-    Sent sent{};
+    SentLight sent{};
     if (light.finish.reflects()) {
       sent = sent_by(light, {place, normal});
     } else if (light.lit) {

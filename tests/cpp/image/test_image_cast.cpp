@@ -175,6 +175,12 @@ TEST(image_scenery_has_the_same_bits_in_all_builds) {
     Solid stone;
     stone.mesh = keep(ball_mesh(3));
     view.objects.push_back(stone);
+    if (seed % 2 == 0) {
+      Dice dice(seed);
+      for (Solid& solid : view.objects) solid.finish = {dice.between(0, 1), dice.between(0, 1)};
+      for (const std::size_t number : {2, 4, 7}) view.objects[number].glass = dice.between(1.2f, 2);
+      view.sky = {image::Sky::Kind::gradient, {0.8f, 0.7f, 0.6f}, {0.1f, 0.3f, 0.8f}, {0.2f, 0.1f, 0}, 0};
+    }
     const Scenery first = rendered(view, *usable_cast_lanes().front());
     for (const auto* lanes : usable_cast_lanes()) {
       const Scenery other = rendered(view, *lanes);

@@ -235,6 +235,24 @@ py::array sum(Engine& engine, int system, const std::string& verb, const program
       totals);
 }
 
+// Gives this rank other particles: see fill().
+int replace(Engine& engine, int system, std::size_t count, const std::vector<std::pair<int, py::array>>& columns,
+            bool numbered) {
+  std::vector<Rows> rows;
+  for (const auto& [attribute, values] : columns) rows.push_back({attribute, values});
+  return fill(engine.emptied(system), count, rows, numbered, engine.pool());
+}
+
+// Returns the vertices, (n, 3), and the triangles, (m, 3), of a surface.
+std::pair<py::array, py::array> surface(Engine& engine, int system, double cell, double radius) {
+  surfaces::Skin skin = released([&] { return engine.surface(system, {cell, radius}); });
+  const auto rows = [](auto& numbers) -> py::array {
+    const auto n = static_cast<py::ssize_t>(numbers.size()) / 3;
+    return owned_array(std::move(numbers), {n, 3});
+  };
+  return {rows(skin.vertices), rows(skin.triangles)};
+}
+
 // Calls the script's function for its numbers and bytes; returns the totals and, on the manager, all ranks' bytes.
 std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engine& engine, const std::string& what,
                                                                            bool reads, const py::function& prepare) {
@@ -416,11 +434,13 @@ void bind_engine(py::module_& m) {
       .def("gather", &gather, py::arg("system"), py::arg("to_all"))
       .def("prepare_write", &prepare_write, py::arg("what"), py::arg("reads"), py::arg("prepare"))
       .def("sum", &sum, py::arg("system"), py::arg("verb"), py::arg("sum"))
+      .def("surface", &surface, py::arg("system"), py::arg("cell"), py::arg("radius"))
       .def(
           "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
       .def("keep_preview", &Engine::keep_preview, Release())
       .def("keeps_copies", [](Engine& e, int system) { return e.system(system).keeps_copies; })
       .def("touched", &Engine::touched)
+      .def("replace", &replace, py::arg("system"), py::arg("count"), py::arg("columns"), py::arg("numbered"))
       .def("release_views", [](Engine& e, int system) { e.seen(system).store->part_from_holders(); })
       .def(
           "record_callback",

@@ -79,6 +79,18 @@ py::list column_copies(const particles::Store& store, const std::vector<int>& at
 /// Throws std::out_of_range for a row that does not exist.
 void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py::array& into);
 
+/// Rows of numbers for a column of particles, float32 or float64 in C order: (n,) or (n, 3).
+struct Rows {
+  int attribute;
+  py::array values;
+};
+
+/// Fills an empty store with `count` particles. Columns with a single row hold for all of them. `numbered`: ids depend
+/// only on positions; otherwise they are undefined. Returns the first attribute with a value that is not finite as a
+/// float32, or -1.
+int fill(particles::Store& store, std::size_t count, const std::vector<Rows>& columns, bool numbered,
+         threads::Pool& pool);
+
 /// Returns, for each attribute of the schema, whether any of the first `count` particles has a value other than the
 /// initial one.
 std::vector<bool> used_attributes(const particles::Store& store, std::size_t count);

@@ -148,6 +148,13 @@ void Engine::touched(int index) {
   here.moved = true;
 }
 
+particles::Store& Engine::emptied(int index) {
+  Population& here = population(index);
+  here.store.clear();
+  here.moved = false;
+  return here.store;
+}
+
 void Engine::keep_lists(bool compute) {
   kept_.on = true;
   kept_.pictures = compute;

@@ -17,6 +17,7 @@
 #include "engine/parts/snapshot.h"
 #include "engine/sums/sums.h"
 #include "program/sums.h"
+#include "surfaces/skin.h"
 #include "snapshots/writer.h"
 
 namespace motes::engine {
@@ -67,6 +68,9 @@ class Engine {
   virtual void keep_preview(int system);
   /// Notes that the script may have moved particles of this rank.
   void touched(int system);
+  /// Removes this rank's particles of a system, and returns the store for others. These stay on this rank wherever they
+  /// are, until they move. Does not communicate.
+  particles::Store& emptied(int system);
   void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }
 
   /// Begins (start) and ends (finish) a run, with the same systems and seed on all ranks. Collective.
@@ -155,6 +159,10 @@ class Engine {
   /// Returns a sum over all particles of a system after the items recorded so far, on every rank. `verb`: total,
   /// histogram or tally. Throws std::invalid_argument if the sum is not valid for the system. Collective.
   virtual program::Totals sum(int system, recording::Verb verb, const program::Sum& what);
+
+  /// Returns the surface of a system's particles after the items recorded so far, on every rank. Throws
+  /// std::invalid_argument if the measure is not valid. Collective.
+  virtual surfaces::Skin surface(int system, const surfaces::Measure& measure);
 
   /// Returns the notes of all ranks before particles are written to files. `prepare` returns this rank's note and may
   /// fail. `reads`: it reads particles, so what was recorded so far runs first. `what` must be the same on all ranks.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "base/checks.h"
 #include "base/enumerators.h"
 #include "comm/clock.h"
 #include "comm/last_words.h"
@@ -18,6 +19,7 @@
 #include "engine/session/tell_all.h"
 #include "engine/state/histories.h"
 #include "engine/sums/sums.h"
+#include "engine/sums/surface.h"
 
 namespace motes::engine {
 
@@ -333,6 +335,21 @@ program::Totals Engine::sum(int index, Verb verb, const program::Sum& what) {
           [&](const ParticlesView& seen) { own = program::sum_up(what, *seen.store, seen.count, *parts_->rank.pool); });
   ask_all(*parts_, verb, system(index).definition.name + ", " + program::fingerprint(what));
   return total_of_all(parts_->rank, std::move(own));
+}
+
+surfaces::Skin Engine::surface(int index, const surfaces::Measure& measure) {
+  const comm::ActivityScope turn = between_phases();
+  surfaces::check(measure);
+  catch_up();
+  check_readable(system(index));
+  surfaces::Field own(measure);
+  look_at(index, [&](const ParticlesView& seen) { own = field_of(parts_->rank, seen, measure); });
+  const std::string& name = system(index).definition.name;
+  ask_all(*parts_, Verb::surface,
+          name + ", cells of " + base::number_text(measure.cell) + ", radius " + base::number_text(measure.radius));
+  surfaces::Skin skin = surface_of_all(parts_->rank, std::move(own));
+  ask_all(*parts_, Verb::surface, name);  // fails on all ranks if one could not make its surface
+  return skin;
 }
 
 Notes Engine::prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) {

@@ -231,6 +231,10 @@ program::Totals RecoveringEngine::sum(int system, Verb verb, const program::Sum&
   return repeatable([=, this] { return Engine::sum(system, verb, what); });
 }
 
+surfaces::Skin RecoveringEngine::surface(int system, const surfaces::Measure& measure) {
+  return repeatable([=, this] { return Engine::surface(system, measure); });
+}
+
 Notes RecoveringEngine::prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) {
   return surviving([&] { return Engine::prepare_write(what, reads, prepare); }, false);
 }

@@ -44,6 +44,7 @@ class RecoveringEngine : public Engine {
   std::vector<particles::Digest> digest() override;
   std::unique_ptr<particles::Store> gather(int system, bool to_all) override;
   program::Totals sum(int system, recording::Verb verb, const program::Sum& what) override;
+  surfaces::Skin surface(int system, const surfaces::Measure& measure) override;
   Notes prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) override;
 
  private:

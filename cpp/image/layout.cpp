@@ -1,6 +1,7 @@
 #include "image/layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <variant>
 
 #include "image/daylight_parts.h"
@@ -15,20 +16,20 @@ bool has_fixed_footprint(const Sprite& sprite, int height) {
   return flat && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
 }
 
-// Returns whether sun and sky are the only light, of no colour and at most white: then one number per pixel is the
-// light on a sphere (see Daylight), and small ones can be painted from tables.
-bool has_grey_light(const View& view) {
-  constexpr float kAlike = 0.01f;
-  const auto grey = [](const Color& color) {
-    const auto [least, most] = std::minmax_element(color.begin(), color.end());
-    return *most - *least <= kAlike * std::max(*most, 1.0f);
-  };
-  const float background = *std::max_element(view.background.begin(), view.background.end());
-  const bool dim = static_cast<float>(kSun) * view.sun_power * view.sun_color[0] + static_cast<float>(kSky) +
-                       static_cast<float>(kTint) * background <=
-                   1;
-  return view.lights.empty() && view.sky.kind == Sky::Kind::none && grey(view.sun_color) && grey(view.background) &&
-         dim;
+// Returns whether sun and sky are the only light, of hardly more than white: then the light on a sphere depends on
+// nothing but its normal, and small ones can be painted from tables.
+bool has_even_light(const View& view) {
+  if (!view.lights.empty() || view.sky.kind == Sky::Kind::picture) return false;
+  const double height = length(view.sun) > 0 ? unit(view.sun)[1] : 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double low = kBounce, high = kSky + kTint * double{view.background[c]};
+    if (view.sky.kind == Sky::Kind::gradient) {
+      low = high = double{std::max({view.sky.horizon[c], view.sky.zenith[c], view.sky.ground[c]})};
+    }
+    const double sun = kSun * double{view.sun_power} * double{view.sun_color[c]}, rise = 0.5 * (high - low);
+    if (low + rise + std::sqrt(sun * sun + rise * rise + 2 * sun * rise * height) > 1.03) return false;
+  }
+  return true;
 }
 
 // Returns whether a sprite shows a surface in space, whose light depends on its normal.
@@ -55,6 +56,15 @@ float diameter_of(const Sprite& sprite, int height) {
 
 bool has_gain(const Sprite& sprite, const View& view) {
   return sprite.lit && sprite.is(Sprite::Kind::image) && (!view.lights.empty() || view.sun_power > 1);
+}
+
+bool has_grey_light(const View& view) {
+  constexpr float kAlike = 0.01f;
+  const auto grey = [](const Color& color) {
+    const auto [least, most] = std::minmax_element(color.begin(), color.end());
+    return *most - *least <= kAlike * std::max(*most, 1.0f);
+  };
+  return view.sky.kind == Sky::Kind::none && grey(view.sun_color) && grey(view.background);
 }
 
 bool lit_by_painter(const Sprite& sprite) { return sprite.lit && is_surface(sprite); }
@@ -112,7 +122,7 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
-  const bool simple = !(lit_by_painter(sprite) && !has_grey_light(view)) && !fogged_by_painter(sprite, view);
+  const bool simple = !(lit_by_painter(sprite) && !has_even_light(view)) && !fogged_by_painter(sprite, view);
   if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   const bool far = !sharp && blurs_in_painter(sprite);  // may reach the image from far outside
   if (far || sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;

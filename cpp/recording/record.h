@@ -102,7 +102,8 @@ enum class Verb : std::uint8_t {
   write,
   finish,
   redraw,
-  orders
+  orders,
+  surface
 };
 std::string name(Verb verb);
 /// Returns what a script calls an item: "gravity", "burst", "callback NAME", ...

@@ -43,6 +43,7 @@ _MODULES = {
     "_values.rotations": "euler",
     "_values.ties": "Ties",
     "_values.wall": "Wall WallForce",
+    "_world.drawing": "draw",
     "_world.world": "World",
 }
 """The public names of each module; `__init__.pyi` lists them for type checkers and editors."""

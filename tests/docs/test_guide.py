@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-PAGES = ("guide", "keyframes", "meetings", "shapes", "reading", "running", "ranks", "frames")
+PAGES = ("guide", "keyframes", "meetings", "shapes", "reading", "running", "ranks", "frames", "other_codes")
 
 
 def blocks() -> dict[str, str]:

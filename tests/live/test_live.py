@@ -19,7 +19,7 @@ import pytest
 from viewers import Client, address, connect, websockets
 
 from motes import Live
-from motes._live import server as serving
+from motes._live import site
 from motes._live.orders import Orders
 from motes._live.server import Server
 from motes._live.viewing import Viewing
@@ -102,7 +102,7 @@ def test_only_this_machine_gets_in_by_default():
 
 
 def test_no_free_port_and_no_such_address_are_said(monkeypatch):
-    monkeypatch.setattr(serving, "MOST_PORTS", 1)
+    monkeypatch.setattr(site, "MOST_PORTS", 1)
     with socket.create_server(("127.0.0.1", 0)) as taken_:
         port = taken_.getsockname()[1]
         with pytest.raises(MotesError, match=f"cannot be served: 127.0.0.1:{port}: .*in use"):
@@ -333,8 +333,8 @@ def test_connections_that_say_nothing_push_each_other_out_and_leave_the_run_its_
 
         waits = [asyncio.create_task(until_closed(reader)) for reader, _ in silent]
         await asyncio.wait(waits, timeout=1)
-        assert sum(not one.done() for one in waits) <= serving.MOST_WAITING
-        assert len(server._waiting) <= serving.MOST_WAITING
+        assert sum(not one.done() for one in waits) <= site.MOST_WAITING
+        assert len(server._waiting) <= site.MOST_WAITING
         async with Client.of(server.url) as viewer:
             await viewer.until(lambda: bool(viewer.state))
             assert not any(one.done() and one.exception() for one in waits)
@@ -349,7 +349,7 @@ def test_connections_that_say_nothing_push_each_other_out_and_leave_the_run_its_
 
 
 def test_there_are_no_more_viewers_than_are_let_in(monkeypatch):
-    monkeypatch.setattr(serving, "MOST_VIEWERS", 2)
+    monkeypatch.setattr(site, "MOST_VIEWERS", 2)
 
     async def conversation() -> None:
         async with Client.of(server.url) as one, Client.of(server.url) as two:

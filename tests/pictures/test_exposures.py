@@ -330,3 +330,37 @@ def test_smoke_behind_a_moving_ball_is_hidden_for_a_part_of_the_time(distance: f
     # The ball, 1 m wide, passes it in half of the time in which it moves 2 m.
     part = 0.5 if distance < 0 else 1
     assert light == pytest.approx(part * float(alone.sum()), rel=0.05)
+
+
+def test_blended_cards_and_meshes_are_hidden_as_from_each_point_of_the_lens() -> None:
+    """A picture through a lens is the mean of sharp ones, blended things included."""
+    around = [(np.sqrt((i + 0.5) / 48), 2.399963 * i) for i in range(48)]
+    still = motes.Camera((0, 0, 5), (0, 0, 0), fov_deg=45)
+    pinholes = [
+        motes.Camera((x, y, 5), (0, 0, 0), fov_deg=45)
+        for x, y in ((0.2 * r * np.cos(a), 0.2 * r * np.sin(a)) for r, a in around)
+    ]
+
+    def picture(camera: motes.Camera, kind: str) -> NDArray[np.float64]:
+        facts: dict[str, Any] = {"camera": camera, "linear": True, "sun": (0, 0, 0)}
+        world = motes.World(seed=1, progress="off", renderer=motes.Renderer(160, 120, **facts))
+        opaque = world.system("opaque", sprite=motes.Sprite("mesh", mesh=QUAD, blend="opaque"))
+        look = {"mesh": QUAD} if kind == "mesh" else {"image": SHEET, "facing": "orientation"}
+        blended = world.system("blended", sprite=motes.Sprite(kind, blend="alpha", **look))
+        with world:
+            opaque.emit(position=[(-0.6, 0, 2), (0.9, 0, 0)], size=[(0.5, 1, 1)] * 2)
+            blended.emit(
+                position=[(-0.5, 0, 0), (0.5, 0.2, -2), (0, -0.3, 1)],
+                size=[((1 if kind == "mesh" else 2) * side, 1, 1) for side in (0.8, 0.6, 0.2)],
+                alpha=[0.7] * 3,
+                color=[(1, 0.2, 0.1), (0.1, 1, 0.2), (0.2, 0.1, 1)],
+            )
+            return np.asarray(world.render().linear, float)
+
+    for kind in ("mesh", "image"):
+        wanted = np.mean([picture(p, kind) for p in pinholes], axis=0)
+        lens = motes.Camera((0, 0, 5), (0, 0, 0), fov_deg=45, focus=5, aperture=0.4)
+        seen = picture(lens, kind)
+        blur = np.abs(picture(still, kind) - wanted).mean()
+        assert blur > 0.002
+        assert np.abs(seen - wanted).mean() < 0.25 * blur

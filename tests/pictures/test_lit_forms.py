@@ -95,3 +95,26 @@ def test_lamps_and_shadows_fall_on_meshes(blend: Any) -> None:
     assert light(lit, facts=lamp) > 1.1 * plain
     assert light(lit, facts={"sun": (0, 1, 0)}, smoke=0.9) < 0.95 * light(lit, facts={"sun": (0, 1, 0)})
     assert light(lit, facts={"sun": (0, 1, 0.01)}, smoke=0.9) > 0.2 * light(lit, facts={"sun": (0, 1, 0.01)})
+
+
+@pytest.mark.parametrize("blend", ["opaque", "alpha", "add"])
+@pytest.mark.parametrize(
+    "sky", [{"background": (0.02, 0.05, 0.12)}, {"background": motes.Gradient("#102040", "#204010")}]
+)
+def test_small_spheres_have_the_colors_of_large_ones(blend: Any, sky: dict[str, Any]) -> None:
+    """Spheres of few pixels are painted from tables, larger ones pixel by pixel."""
+
+    def color(pixels: int | None) -> Any:
+        camera = motes.Camera((0, 0, 5), (0, 0, 0))
+        facts: dict[str, Any] = {"sun_color": (1, 0.6, 0.3), "linear": True, **sky}
+        renderer = motes.Renderer(64, 64, camera=camera, **facts)
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("one", sprite=motes.Sprite("sphere", pixels, blend=blend, lit=True))
+        with world:
+            dark = world.render().linear.astype(float)
+            system.emit(position=[(0, 0, 0)], color=[(0.9, 0.8, 0.7)], size=[(0.79, 1, 1)])
+            return (world.render().linear - dark).sum((0, 1))
+
+    table, pixels = color(14), color(None)
+    assert table / table.sum() == pytest.approx(pixels / pixels.sum(), abs=0.01)
+    assert pixels[0] > 1.3 * pixels[1]

@@ -19,7 +19,7 @@ MODULES = {"motes": motes} | {
 }
 COLLECTIVE = {
     "World": "__enter__ __exit__ close digest frames open redraw render seek step",
-    "System": "gather histogram tally total",
+    "System": "gather histogram surface tally total",
     "Export": "close write",
 }
 """Calls that every rank must make; any other call may be made on a single rank."""

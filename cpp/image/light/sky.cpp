@@ -138,4 +138,20 @@ Ambient ambient(const View& view) {
   return all;
 }
 
+std::array<double, 3> ambient_on(const Ambient& a, const Vector& n) {
+  std::array<double, 3> light{};
+  const double up = 0.5 + 0.5 * n[1];
+  const double terms[6] = {n[0] * n[0], n[1] * n[1], n[2] * n[2], 2 * n[0] * n[1], 2 * n[1] * n[2], 2 * n[2] * n[0]};
+  for (std::size_t c = 0; c < 3; ++c) {
+    double sum = double{a.low[c]} * (1 - up) + double{a.high[c]} * up;
+    if (a.of_sky) {
+      sum = 0.375 * double{a.mean[c]};
+      for (std::size_t axis = 0; axis < 3; ++axis) sum += double{a.slope[axis][c]} * n[axis];
+      for (std::size_t i = 0; i < 6; ++i) sum += double{a.curve[i][c]} * terms[i];
+    }
+    light[c] = std::max(sum, 0.0);
+  }
+  return light;
+}
+
 }  // namespace motes::image

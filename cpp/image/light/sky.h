@@ -29,4 +29,7 @@ SkyLanes sky_lanes(const View& view);
 /// Returns the light of the sky on a white surface; of a background of one colour, as in daylight_parts.h.
 Ambient ambient(const View& view);
 
+/// Returns ambient light on a white surface with this unit normal.
+std::array<double, 3> ambient_on(const Ambient& a, const Vector& normal);
+
 }  // namespace motes::image

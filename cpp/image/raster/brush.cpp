@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <string>
@@ -56,12 +57,34 @@ SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
 
 // A pixel of a sphere: the part of it that is covered, and its shade.
 struct SpherePixel {
-  double edge, shade;
+  double edge;
+  std::array<double, 3> shade;
 };
 
-// Sets weights so that a sphere has the light of Sphere::total() in each phase. `pixels`: in the order of
-// for_each_pixel.
-void set_weights(std::span<const SpherePixel> pixels, double light, const Footprint& f, SurfaceTables& t) {
+// The light on spheres, per channel, as a function of their normal in the camera's axes.
+using SphereShades = std::function<std::array<double, 3>(const Vector& normal)>;
+
+// Returns shades of one number; of a lit sprite under coloured light, of three.
+SphereShades shades_of(const Sprite& sprite, const View& view) {
+  if (!lit_by_painter(sprite) || has_grey_light(view)) {
+    return [daylight = Daylight(view)](const Vector& normal) {
+      const double shade = daylight.shade(normal);
+      return std::array<double, 3>{shade, shade, shade};
+    };
+  }
+  return [through = lens(view), sun = sun_of(view), sky = ambient(view)](const Vector& normal) {
+    const Vector world = through.right * normal[0] + through.up * normal[1] - through.forward * normal[2];
+    const double facing = sun.shines ? std::max(dot(world, vector_of(sun.toward)), 0.0) : 0;
+    std::array<double, 3> shade = ambient_on(sky, world);
+    for (std::size_t c = 0; c < 3; ++c) shade[c] = std::min(shade[c] + double{sun.color[c]} * facing, 1.0);
+    return shade;
+  };
+}
+
+// Sets the weights of a channel so that a sphere has the light of Sphere::total() in each phase. `pixels`: in the order
+// of for_each_pixel.
+void set_weights(std::span<const SpherePixel> pixels, std::size_t channel, double light, const Footprint& f,
+                 SurfaceTables& t) {
   const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
   std::vector<double> weights;
   std::size_t i = 0;
@@ -69,19 +92,45 @@ void set_weights(std::span<const SpherePixel> pixels, double light, const Footpr
     const SpherePixel& pixel = pixels[i];
     if (i % in_phase == 0) {
       weights.clear();
-      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade);
+      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade[channel]);
       scale_to(weights, kWholeByte * light);
     }
-    const double weight = weights[i++ % in_phase];
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + c;
-      t.weights[at] = to_byte(weight);
-      t.cover[at] = pixel.edge > 0 ? to_byte(std::min(kWholeByte, weight / pixel.shade)) : std::uint8_t{0};
-    }
+    const double weight = weights[i++ % in_phase], shade = pixel.shade[channel];
+    const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + channel;
+    t.weights[at] = to_byte(weight);
+    t.cover[at] = pixel.edge > 0 && shade > 0 ? to_byte(std::min(kWholeByte, weight / shade)) : std::uint8_t{0};
   });
 }
 
-SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view) {
+// Returns the mean shade over the disc that a sphere covers in the picture.
+std::array<double, 3> mean_of(const SphereShades& shades) {
+  constexpr int kSteps = 64;
+  std::array<double, 3> sum{};
+  int count = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < kSteps; ++j) {
+      const double x = (2 * i + 1.0) / kSteps - 1, y = (2 * j + 1.0) / kSteps - 1;
+      const double under = 1 - x * x - y * y;
+      if (under < 0) continue;
+      const auto shade = shades({x, y, std::sqrt(under)});
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += shade[c];
+      ++count;
+    }
+  }
+  for (double& number : sum) number /= count;
+  return sum;
+}
+
+// Packs the factors of a shade's channels on its brightest one, which is `most` of 255.
+std::uint32_t tint_of(const std::array<double, 3>& shade, std::uint32_t most) {
+  std::uint32_t tint = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    tint |= std::uint32_t{to_byte(std::min(kWholeByte, kWholeByte * kWholeByte * shade[c] / most))} << (8 * c);
+  }
+  return tint;
+}
+
+SurfaceTables sphere_tables(const Sprite& sprite, float diameter, const Footprint& f, const View& view) {
   const int size = f.size, phase_bits = f.phase_bits, row_bytes = f.row_bytes;
   SurfaceTables t;
   const std::size_t rows = rows_of(size, phase_bits);
@@ -91,7 +140,9 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
   const auto surface = static_cast<std::size_t>(surface_row(size));
   t.shade.assign((rows + 1) * surface, 0);
   t.bulge.assign((rows + 1) * surface, 0);
-  const Daylight daylight(view);
+  const SphereShades shades = shades_of(sprite, view);
+  const bool tinted = lit_by_painter(sprite) && !has_grey_light(view);
+  if (tinted) t.tint.assign(t.shade.size(), 0);
   const double radius = 0.5 * diameter;
   std::vector<SpherePixel> pixels;
   for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
@@ -101,15 +152,19 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
         distance < radius ? 1 / radius : 1 / distance; // outside the sphere: the direction at the rim
     const double nx = x * shrink, ny = -y * shrink;
     const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
-    const double shade = daylight.shade({nx, ny, nz});
+    const std::array<double, 3> shade = shades({nx, ny, nz});
     pixels.push_back({edge, shade});
     if (distance >= radius) return;
     t.covered[row] |= static_cast<std::uint16_t>(1u << column);
-    const std::uint32_t at_least_1 = std::max<std::uint8_t>(1, to_byte(kWholeByte * shade));
+    const double brightest = *std::max_element(shade.begin(), shade.end());
+    const std::uint32_t at_least_1 = std::max<std::uint8_t>(
+        1, tinted ? static_cast<std::uint8_t>(std::ceil(kWholeByte * brightest)) : to_byte(kWholeByte * brightest));
     t.shade[row * surface + column] = at_least_1 << kShadeShift;
+    if (tinted) t.tint[row * surface + column] = tint_of(shade, at_least_1);
     t.bulge[row * surface + column] = static_cast<float>(nz);
   });
-  set_weights(pixels, std::numbers::pi * radius * radius * daylight.mean_shade(), f, t);
+  const std::array<double, 3> mean = mean_of(shades);
+  for (std::size_t c = 0; c < 3; ++c) set_weights(pixels, c, std::numbers::pi * radius * radius * mean[c], f, t);
   return t;
 }
 
@@ -207,7 +262,7 @@ void Brush::set_splat(const View& view) {
   set_records(splat_);
   splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
   if (sphere) {
-    tables_ = sphere_tables(diameter, f, view);
+    tables_ = sphere_tables(sprite_, diameter, f, view);
   } else if (sprite_.blend == Sprite::Blend::opaque) {
     tables_ = flat_surface(point, diameter, f);
   }
@@ -228,6 +283,7 @@ Splat Brush::splat_at(int x, int y) const {
   s.cover = own ? tables_.cover.data() : s.weights;
   s.covered = tables_.covered.data();
   s.shade = tables_.shade.empty() ? nullptr : tables_.shade.data();
+  s.tint = tables_.tint.empty() ? nullptr : tables_.tint.data();
   s.bulge = tables_.bulge.empty() ? nullptr : tables_.bulge.data();
   const int half = 1 << (s.sub_bits - 1);
   s.origin_x = 2 * half * x - (width_ + 1 - s.size) * half;

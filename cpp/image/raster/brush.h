@@ -45,6 +45,7 @@ struct SurfaceTables {
   std::vector<std::uint8_t> weights, cover;  // three per pixel
   std::vector<std::uint16_t> covered;        // one bit per pixel of a row
   std::vector<std::uint32_t> shade;          // as Splat::shade; empty: fully lit
+  std::vector<std::uint32_t> tint;           // as Splat::tint; empty: of no colour
   std::vector<float> bulge;                  // as Splat::bulge; empty: flat
 };
 

@@ -137,8 +137,9 @@ struct Card : Picture<Card> {
 
   MOTES_INLINE Card(const image::WideSplat& common, const Splat& task, const WideSprite& sprite, const CameraPose& p)
       : Picture(common, task.picture, facing(task, sprite, p)), pose(p), middle(p, task.focal),
-        moments(task, p, 0.7072f * p.scale, 2 * s.radius, s.half), side(s.radius), shrink(middle.shrink),
-        focal(task.focal), focus(task.focus), blur(task.blur) {
+        moments(task, p, 0.7072f * p.scale, 2 * s.radius, s.half,
+                s.half > 0 || task.blur > 0 || p.turns() ? common.memory.moments : nullptr),
+        side(s.radius), shrink(middle.shrink), focal(task.focal), focus(task.focus), blur(task.blur) {
     const float opaque = choose_level(task.picture, side, middle.shrink > 0 ? __builtin_sqrtf(middle.area) : 1);
     const float wide = width * middle.finer_x, high = height * middle.finer_y;
     least = 0.5f * kPixelWeight * opaque * (wide < 1 ? wide : 1) * (high < 1 ? high : 1);
@@ -179,12 +180,12 @@ struct Card : Picture<Card> {
 
   MOTES_INLINE void measure_moments() {
     float sum = 0;
-    image::for_each_moment(moments.count, [&](int number, const image::Moment& m) {
+    moments.for_each([&](int number, const image::Moment& m) {
       const CameraPose then = pose.at(m);
       if (number == 0 || pose.turns()) measure(then, moments.larger);
       sum += stand_at(then, m).shrink;
     });
-    shrink = sum / static_cast<float>(moments.count);
+    shrink = sum / static_cast<float>(moments.shown);
     near_x = half_x + moments.uneven + 2;
     near_y = half_y + moments.uneven + 2;
     for (float* size : {&half_x, &half_y, &farthest}) {
@@ -234,7 +235,7 @@ struct Card : Picture<Card> {
 
   MOTES_OUTLINE Texels most_opaque_moment(Floats x, Floats y) const {
     Texels most{};
-    image::for_each_moment(moments.count, [&](int, const image::Moment& m) {
+    moments.for_each([&](int, const image::Moment& m) {
       const Stand at = shown_at(m);
       const Texels t = texels_of(at, x - at.x, y - at.y);
       const Mask more = (Mask)(t.channel[3] > most.channel[3]);
@@ -253,8 +254,8 @@ struct Card : Picture<Card> {
     for (auto& plane : sums.channel) {
       __builtin_memset(plane, 0, sizeof plane[0] * static_cast<std::size_t>(kStrip * p.strips * p.stride + kLanes));
     }
-    image::for_each_moment(moments.count, [&](int, const image::Moment& m) { add_moment(m, p, sums); });
-    const float part = 1 / (static_cast<float>(moments.count) * moments.larger * moments.larger);
+    moments.for_each([&](int, const image::Moment& m) { add_moment(m, p, sums); });
+    const float part = 1 / (static_cast<float>(moments.shown) * moments.larger * moments.larger);
     for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
       const int at = in_part.number(p);
       Texels mean;
@@ -291,7 +292,7 @@ struct Card : Picture<Card> {
       const Floats depth = pose.depth / above_horizon(stand, x, y);
       Floats seen;
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float moved = 1 - focus / depth[lane];
+        const float moved = moments.one == nullptr ? 1 - focus / depth[lane] : 0;  // an exposure's walls are in place
         seen[lane] = walls.visible(at.x[lane] - stand.lens_x * moved, at.y[lane] - stand.lens_y * moved, depth[lane]);
       }
       for (Ints& channel : t.channel) channel = to_ints(to_floats(channel) * seen + 0.5f);

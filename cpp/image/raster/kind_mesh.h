@@ -27,7 +27,7 @@ struct MeshOf {
 
   MOTES_INLINE MeshOf(const image::WideSplat& t, const WideSprite& sprite)
       : s(sprite), task(t), mesh(t.own<Splat>()), pose(t, sprite), extent(pose.scale * mesh.reach),
-        moments(mesh, pose, extent, 1.2f * extent * mesh.focal / pose.depth, s.half) {
+        moments(mesh, pose, extent, 1.2f * extent * mesh.focal / pose.depth, s.half, t.memory.moments) {
     const float left = pose.depth - extent;
     box =
         extent * (mesh.focal + size_of(pose.middle_x) + size_of(pose.middle_y)) / (left > mesh.near ? left : mesh.near);
@@ -67,7 +67,7 @@ struct MeshOf {
       });
       return;
     }
-    image::for_each_moment(moments.count, [&](int, const image::Moment& m) {
+    moments.for_each([&](int, const image::Moment& m) {
       for_each_facet(pose.at(m), {}, [&](const Shown& f) { keep<1>(tile.surfaces, f, way_at(m), 0); });
     });
   }
@@ -223,8 +223,8 @@ struct MeshOf {
   MOTES_INLINE void weigh_moments(Patch<kPlanes>& p) const {
     Cells cells;
     __builtin_memset(cells.moment, 0, static_cast<std::size_t>(kStrip * p.strips * p.stride));
-    const float share = kPixelWeight / (static_cast<float>(moments.count) * moments.larger * moments.larger);
-    image::for_each_moment(moments.count, [&](int number, const image::Moment& m) {
+    const float share = kPixelWeight / (static_cast<float>(moments.shown) * moments.larger * moments.larger);
+    moments.for_each([&](int number, const image::Moment& m) {
       CameraPose then = pose.at(m);
       then.scale *= moments.larger;
       const Shift way = way_at(m);
@@ -242,7 +242,7 @@ struct MeshOf {
           const float seen = walls.depth == nullptr ? share : share * visible(m, column, row, here);
           const auto cover = static_cast<std::uint16_t>(seen + m.dither);
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + cover - (again ? cells.cover[at] : 0));
-          const Light all_light = light_at(f, right, down);
+          const Light all_light = seen > 0 ? light_at(f, right, down) : Light{};
           for (int c = 0; c < kChannels; ++c) {
             const int number = kChannels * at + c;
             const auto light = static_cast<std::uint16_t>(seen * all_light.channel[c] + m.dither);
@@ -258,7 +258,8 @@ struct MeshOf {
   }
 
   MOTES_INLINE float visible(const image::Moment& m, int column, int row, float inverse) const {
-    const float moved = image::spread_at(mesh.blur, mesh.focus, inverse);
+    // An exposure's walls are where the lens shows them.
+    const float moved = moments.one == nullptr ? image::spread_at(mesh.blur, mesh.focus, inverse) : 0;
     return walls.visible(static_cast<float>(column) - m.lens_x * moved, static_cast<float>(row) - m.lens_y * moved,
                          1 / inverse);
   }

@@ -84,6 +84,16 @@ void flat_records(const image::TilePlanes& planes, const image::Splat& task, con
   });
 }
 
+// Returns colours times tints, of which each channel is a fraction of 255.
+MOTES_INLINE Uints tinted(Uints color, Uints tint) {
+  Uints all{};
+  for (const int shift : {0, 8, 16}) {
+    const Uints product = multiply_short(color >> shift & 0xffu, tint >> shift & 0xffu) + 128u;
+    all |= (product + (product >> 8)) >> 8 << shift;
+  }
+  return all;
+}
+
 #if MOTES_WIDTH == 512
 // Draws eight pixels of a sphere's row with half vectors, of which the processor executes more in parallel.
 MOTES_INLINE void round_eight(image::NearestSurface* to, const std::uint32_t* shade, const float* bulge, Uints color,
@@ -100,7 +110,7 @@ MOTES_INLINE void round_eight(image::NearestSurface* to, const std::uint32_t* sh
 
 // Draws a sphere whose rows have kVectors vectors of kWidth pixels; kHalf: the last one is half a vector. `in_tables`:
 // its first row in the tables.
-template <int kVectors, bool kHalf>
+template <int kVectors, bool kHalf, bool kTinted>
 MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables,
                              image::NearestSurface* to) {
   constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
@@ -110,15 +120,18 @@ MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdi
   const std::uint16_t* covered = s.covered + in_tables;
   const std::uint32_t* shade = s.shade + in_tables * kInRow;
   const float* bulge = s.bulge + in_tables * kInRow;
+  const std::uint32_t* tint = s.tint + (kTinted ? in_tables * kInRow : 0);
+  const auto color_at = [&](int first) { return kTinted ? tinted(color, load_uints(tint + first)) : color; };
   for (int row = 0; row < s.size; ++row, to += image::kPixelStride, shade += kInRow, bulge += kInRow) {
 #if MOTES_WIDTH == 512
     if (kHalf && kVectors == 1) {
-      round_eight(to, shade, bulge, color, center, radius, covered[row]);
+      round_eight(to, shade, bulge, color_at(0), center, radius, covered[row]);
+      tint += kTinted ? kInRow : 0;
       continue;
     }
 #endif
     for (int j = 0; j < kVectors; ++j) {
-      const Uints surface = color | load_uints(shade + j * kWidth);
+      const Uints surface = color_at(j * kWidth) | load_uints(shade + j * kWidth);
       const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
       const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
       keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
@@ -126,16 +139,17 @@ MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdi
         keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
       }
     }
+    tint += kTinted ? kInRow : 0;
   }
 }
 
-template <int kVectors, bool kHalf>
+template <int kVectors, bool kHalf, bool kTinted>
 void round_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
                    std::size_t count) {
   const image::Splat s = task;
   image::NearestSurface* const surfaces = planes.surfaces;
   for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
-    draw_round<kVectors, kHalf>(s, coat, row, surfaces + pixel);
+    draw_round<kVectors, kHalf, kTinted>(s, coat, row, surfaces + pixel);
   });
 }
 
@@ -147,18 +161,19 @@ void flat_from(const image::TilePlanes& tile, const image::Splat& s, const unsig
   flat_records<kVectors>(tile, s, records, count);
 }
 
-template <int kVectors>
+template <int kVectors, bool kTinted>
 void round_from(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records, std::size_t count) {
   if constexpr (kVectors * kWidth < image::kMaxFootprint) {
-    if (kVectors * kWidth < s.size) return round_from<kVectors + 1>(tile, s, records, count);
+    if (kVectors * kWidth < s.size) return round_from<kVectors + 1, kTinted>(tile, s, records, count);
   }
-  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true>(tile, s, records, count);
-  round_records<kVectors, false>(tile, s, records, count);
+  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true, kTinted>(tile, s, records, count);
+  round_records<kVectors, false, kTinted>(tile, s, records, count);
 }
 
 inline void opaque_any(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                        std::size_t count) {
-  s.bulge != nullptr ? round_from<1>(tile, s, records, count) : flat_from<1>(tile, s, records, count);
+  if (s.bulge == nullptr) return flat_from<1>(tile, s, records, count);
+  s.tint == nullptr ? round_from<1, false>(tile, s, records, count) : round_from<1, true>(tile, s, records, count);
 }
 
 MOTES_INLINE Longs greater(Longs a, Longs b) { return a > b ? a : b; }

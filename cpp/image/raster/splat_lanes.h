@@ -61,6 +61,7 @@ struct Splat : RecordSplat {
   // Of opaque sprites.
   const std::uint16_t* covered;  // bit c of a row is set if it covers column c
   const std::uint32_t* shade;  // surface_row(size) per row, shifted by kShadeShift; null: fully lit
+  const std::uint32_t* tint;  // as `shade`: a factor on each channel, 0..255; null: of no colour
   const float* bulge;  // as `shade`: how much nearer than its centre the particle is, in radii; null: flat
   float radius;  // radius of a particle at a depth of 1 m, m
   int size, phase_bits, row_bytes;

@@ -36,6 +36,7 @@ struct PainterMemory {
   ImageStamp* image_stamps;  // kImageStamps entries, filled by the kernels; null: none
   Cover* cover;              // accumulates weights of streaks of its colour; null: none
   const ExposedTile* exposed;  // where exposures are drawn; null: sharp surfaces are
+  const Exposure* moments;  // the phases of the one exposure in which something blended is drawn; null: all of them
 };
 
 /// Parameters for drawing the wide records of one sprite. Positions are in 1/256 px, those of a pixel's centre.

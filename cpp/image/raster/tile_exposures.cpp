@@ -166,9 +166,11 @@ void TilePainter::paint_exposures(std::span<const Piece> pieces) {
       begin_blending();
       keep_exposure(number, true);
       measure_depth();
+      phases_ = exposures().of[number];
       paint_blended(pieces);
       add_exposure();
     }
+    phases_ = nullptr;
   }
   show_exposures();
   if (front) {

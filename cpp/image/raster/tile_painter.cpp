@@ -325,6 +325,7 @@ void TilePainter::blend(const Piece& given) {
   if (!of_fixed_size(brush.layout())) {
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
     wide_splat_.memory.cover = covering_ == nullptr ? nullptr : &cover_;
+    wide_splat_.memory.moments = phases_;
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       wide_splat_.saturating = saturating_;
       kernel(planes_, wide_splat_, records, count);

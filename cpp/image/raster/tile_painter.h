@@ -145,6 +145,7 @@ class TilePainter {
   BufferOf<std::uint64_t> sums_;
   BufferOf<std::uint32_t> kept_;  // light and depth of each
   SceneryExposer exposer_;
+  const Exposure* phases_ = nullptr;  // of the exposure that is drawn; null: of none
 };
 
 }  // namespace motes::image

@@ -336,11 +336,14 @@ struct PosedMoments {
   float blur = 0;  // greatest blur radius of any part, px
   float uneven = 0;  // greatest difference from the blur radius at its middle, px
   float larger = 1;  // factor by which it is drawn larger, and fainter, to fill gaps between points on the lens
+  const image::Exposure* one;  // the phases of the only exposure that is drawn; null: all moments are
+  int shown = 0;  // number of moments that are drawn
 
   /// `reach`: greatest distance of a part from its middle, m; `size`: approximate width, px; `half`: of the streak, px.
   MOTES_INLINE PosedMoments(const image::SpaceSplat& camera, const CameraPose& pose, float reach, float size,
-                            float half) {
-    if (!(camera.blur > 0) && !pose.turns()) return;
+                            float half, const image::Exposure* exposure)
+      : one(exposure) {
+    if (!(camera.blur > 0) && !pose.turns() && one == nullptr) return;
     const float middle = image::spread_at(camera.blur, camera.focus, 1 / pose.depth), left = pose.depth - reach;
     for (const float depth : {left > camera.near ? left : camera.near, pose.depth + reach}) {
       const float here = image::spread_at(camera.blur, camera.focus, 1 / depth);
@@ -354,6 +357,21 @@ struct PosedMoments {
     const float gap = image::lens_gap(spread, count);
     larger = gap > size ? gap / (size > 0.25f ? size : 0.25f) : 1;
     larger = larger > 1 ? larger : 1;
+    shown = one == nullptr ? count : count / image::kExposures;
+    static_assert(image::kMostMoments <= image::kExposures * image::kPhases);
+  }
+
+  /// Calls use(number, moment) for the moments that are drawn. Those of one exposure are its phases, so that it shows
+  /// what is blended as it shows what is opaque.
+  template <class Use>
+  MOTES_INLINE void for_each(const Use& use) const {
+    if (one == nullptr) return image::for_each_moment(count, use);
+    for (int i = 0; i < shown; ++i) {
+      const image::Exposure& e = one[i * (image::kPhases / shown)];
+      constexpr float kUnit = 1 << image::kWideBits;
+      use(i,
+          image::Moment{e.time, e.lens_x, e.lens_y, 0.5f, floor_of(-e.pixel_x * kUnit), floor_of(-e.pixel_y * kUnit)});
+    }
   }
 };
 

@@ -17,7 +17,7 @@ from .._run.busy import Busy
 from .._run.excerpt import Excerpt
 from .._system.session import OpenFiles
 from .._system.system_state import SystemState
-from .._values import arguments
+from .._values import arguments, environment
 from .._world.world import World, session_of
 from ..errors import ArgumentError, MotesError, Stopped
 from .claim import Claim, check_free
@@ -101,6 +101,8 @@ class Export:
                 failed, as on a full disk; after the last `write`, `close` raises it.
         """
         frame = self._frame_of(world)
+        if environment.read("MOTES_REHEARSAL"):
+            return
         if frame % self.every or frame < session_of(world).settings.continued_from:
             return
         if self._excerpt is not None and (self._excerpt.still is not None or frame not in self._excerpt):

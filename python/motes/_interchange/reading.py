@@ -14,22 +14,30 @@ from .._particles.foreign import NAMES, leave_out, renamed
 from .._particles.particles import Particles
 from .._values import arguments
 from ..errors import ArgumentError, MotesError
+from . import lammps
 from .format import Format
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
 __all__ = ["ParticleFiles", "facts_of", "filled", "manifest_of", "open_particles"]
 
-ALLOWED = "an export (a .usd or .pvd file, or a directory with manifest.json), or a single .npz or .vtp file"
+ALLOWED = (
+    "an export (a .usd or .pvd file, or a directory with manifest.json), a single .npz or .vtp file, "
+    "or a text dump of LAMMPS"
+)
 
 
 def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -> ParticleFiles:
-    """Open particles that `Export` or `python -m motes pack` wrote, or a single .npz or .vtp file.
+    """Open particles that `Export` or `python -m motes pack` wrote, a single .npz or .vtp file, or a dump.
 
     `open_particles(path)[frame]` reads one frame as `Particles`, sorted by id and bit-identical to what
     `gather` returned. A single file may come from another program: its `P`, `v`, `Cd`, `Alpha`, `pscale` and
     `life` get our names. After a killed run, all frames up to the last complete one can be read. Needs no
     MPI; .usd needs the extra [usd].
+
+    Text dumps of LAMMPS (`dump atom`, `dump custom`, also compressed, with any suffix) hold several steps:
+    the numbers of their frames are the time steps. Scaled coordinates (xs) become lengths, in the dump's
+    units; vx, fx, omegax and radius become velocity, force, omega and size; other columns keep their names.
 
     Args:
         path: of the export, or of the file.
@@ -47,6 +55,8 @@ def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -
         raise ArgumentError("system", system, "a system's name")
     if _alone(where) is not None and not where.is_dir():
         return _single(where, system)
+    if where.is_file() and lammps.is_dump(where):
+        return _dump(where, system)
     place = _place(where)
     return ParticleFiles(place.path, place.folder, Manifest.read(place.folder), _reader(place), system)
 
@@ -273,6 +283,37 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
         path.suffix[1:], None, 1.0, 1, [SystemColumns(name, name, known)], [frame], finished=True
     )
     return ParticleFiles(path, path.parent, manifest, lambda *_: read_columns, name)
+
+
+def _dump(path: Path, system: str | None) -> ParticleFiles:
+    """Open a dump of LAMMPS."""
+    try:
+        dump = lammps.Dump(path)
+        widths = dump.columns()
+    except Exception as error:  # any: a damaged file can fail anywhere
+        raise _unreadable(path, error) from error
+    for text in sorted(dump.texts):
+        leave_out(path, text, "texts", level=4)
+    name = system or path.name.partition(".")[0] or "particles"
+    steps = dump.steps
+    known = [Column(column, width, (0.0,) * width, steps[0][0]) for column, width in widths.items()]
+    frames = [
+        FrameParts(number, time, (Part(0, None, path.name, count, 0),)) for number, time, count in steps
+    ]
+    kind = "lammpstrj"
+    manifest = Manifest(
+        kind, None, 1.0, 1, [SystemColumns(name, name, known)], frames, finished=dump.finished
+    )
+
+    def read(part: Part, frame: int, names: Sequence[str]) -> dict[str, NDArray[Any]]:
+        try:
+            columns = dump.read(frame)
+        except Exception as error:  # any: a damaged file can fail anywhere
+            raise _unreadable(path, error) from error
+        empty = {one.name: filled(one, part.rows) for one in known if one.name not in columns}
+        return {**columns, **empty}
+
+    return ParticleFiles(path, path.parent, manifest, read, name)
 
 
 def _checked(path: Path, given: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -26,7 +26,7 @@ from .hosts import check_names, reachable
 from .supervisor import supervise
 
 __all__ = [
-    *("Mpirun", "Version", "cannot_survive", "command", "find_mpirun"),
+    *("Mpirun", "Version", "cannot_survive", "check_program", "command", "find_mpirun"),
     *("library", "most_ranks", "other_launchers", "reason", "run"),
 ]
 
@@ -170,7 +170,7 @@ def run(
     A single rank on this host needs no launcher: this process becomes Python and does not return. Otherwise
     it supervises the launcher (`_launch/supervisor.py`).
     """
-    _check_program(program)
+    check_program(program)
     if restarts < 0:
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
@@ -231,7 +231,7 @@ def _check_survival(launcher: Version | None = None) -> None:
 
 _TOLD_ALL = (
     *("MOTES_ANYWAY", "MOTES_FRAMES", "MOTES_FRESH", "MOTES_LIVE", "MOTES_PREVIEW", "MOTES_STEERING"),
-    *("MOTES_STILL", "MPI4PY_LIBMPI"),
+    *("MOTES_STILL", "MOTES_SWEEP", "MPI4PY_LIBMPI"),
 )
 """Variables that `motes run` sets; Open MPI does not pass variables to other hosts by itself."""
 
@@ -317,7 +317,8 @@ def _check_hostfile(hostfile: str) -> None:
     check_names("hostfile", (name[0].partition(":")[0].lstrip("+^") for name in names if name))
 
 
-def _check_program(program: Sequence[str]) -> None:
+def check_program(program: Sequence[str]) -> None:
+    """Raise MotesError if there is no such script or no argument after -m or -c."""
     if not program:
         raise MotesError("no script given: python -m motes run -n 4 script.py")
     if program[0].startswith("-"):

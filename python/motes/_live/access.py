@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import socket
 from urllib.parse import parse_qs, urlsplit
 
-__all__ = ["has_token", "is_local", "own_page"]
+__all__ = ["from_afar", "has_token", "is_local", "own_page"]
 
 _LOCAL_NAMES = ("localhost",)
 
@@ -44,6 +45,15 @@ def is_local(name: str | None) -> bool:
         return ipaddress.ip_address(name).is_loopback
     except ValueError:
         return False
+
+
+def from_afar(host: str, port: int) -> str:
+    """Return how a browser on another machine reaches a server here."""
+    machine = socket.gethostname()
+    if is_local(host):
+        shown = f"[{host}]" if ":" in host else host
+        return f"from another machine: ssh -L {port}:{shown}:{port} {machine}"
+    return f"from another machine: the same, or ssh -L {port}:{machine}:{port} {machine}"
 
 
 def _name_of(address: str) -> str | None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
 
 from .._values import arguments
+from .._values.colors import digits_of
 from ..errors import ArgumentError, NotAssignableError
 
 __all__ = ["Choice", "Control", "definition_of", "made", "settle"]
@@ -26,7 +28,7 @@ class Control:
     `World.control` makes it. `value` is the same on all ranks and does not change within a frame.
     """
 
-    __slots__ = ("_values", "choices", "default", "high", "low", "name", "step")
+    __slots__ = ("_values", "choices", "default", "group", "high", "low", "name", "step")
 
     name: str
     default: Any
@@ -35,6 +37,7 @@ class Control:
     high: float | None
     step: float | None
     choices: tuple[Choice, ...] | None
+    group: str | None
     _values: Mapping[str, Any]
 
     def __init__(
@@ -47,6 +50,7 @@ class Control:
         high: float | None = None,
         step: float | None = None,
         choices: Sequence[Choice] | None = None,
+        group: str | None = None,
     ) -> None:
         """Take checked arguments; scripts call `World.control`.
 
@@ -58,27 +62,29 @@ class Control:
             high: the largest number, or None.
             step: the distance between allowed numbers, or None.
             choices: the allowed values, or None.
+            group: the heading under which pages show it, or None.
         """
         listed = None if choices is None else tuple(arguments.listed("choices", choices, _CHOICES))
         for slot, given in (
             *(("name", name), ("default", default), ("low", low), ("high", high), ("step", step)),
-            *(("choices", listed), ("_values", values)),
+            *(("choices", listed), ("group", group), ("_values", values)),
         ):
             object.__setattr__(self, slot, given)
 
     @property
     def value(self) -> Any:
-        """Its value in this frame, of the default's type: a float, an int, a bool or one of the choices."""
+        """Its value in this frame, of the default's type: a float, an int, a bool, a colour or a choice."""
         return self._values[self.name]
 
     @property
     def _definition(self) -> dict[str, Any]:
         """The default and the allowed values, for viewers and for the log."""
+        told: dict[str, Any] = {"value": self.default}
         if self.choices is not None:
-            return {"value": self.default, "choices": list(self.choices)}
-        if isinstance(self.default, bool):
-            return {"value": self.default}
-        return {"value": self.default, "low": self.low, "high": self.high, "step": self.step}
+            told["choices"] = list(self.choices)
+        elif not isinstance(self.default, (bool, str)):
+            told |= {"low": self.low, "high": self.high, "step": self.step}
+        return told if self.group is None else {**told, "group": self.group}
 
     def _settled(self, wish: Any) -> Any:
         """Return the value that a viewer's wish sets; numbers are clamped, and rounded to a step.
@@ -95,6 +101,10 @@ class Control:
         if isinstance(self.default, bool):
             if not isinstance(wish, bool):
                 raise ValueError(f"{self.name!r} must be true or false")
+            return wish
+        if isinstance(self.default, str):
+            if not isinstance(wish, str) or not re.fullmatch("#[0-9a-f]{6}", wish):
+                raise ValueError(f"{self.name!r} must be a colour such as '#ff8800'")
             return wish
         if isinstance(wish, bool) or not isinstance(wish, (int, float)) or not _finite(wish):
             raise ValueError(f"{self.name!r} must be a finite number")
@@ -147,22 +157,27 @@ def made(
     high: Any,
     step: Any,
     choices: Any,
+    group: Any = None,
 ) -> Control:
     """Return a new control from the arguments of `World.control`, and set it to its default."""
-    if not isinstance(name, str) or not 0 < len(name) <= MOST_LETTERS or not name.isprintable():
-        raise ArgumentError("name", name, f"a printable string of 1..{MOST_LETTERS} characters")
+    for argument, text in (("name", name), ("group", "-" if group is None else group)):
+        if not isinstance(text, str) or not 0 < len(text) <= MOST_LETTERS or not text.isprintable():
+            raise ArgumentError(argument, text, f"a printable string of 1..{MOST_LETTERS} characters")
     if name in values:
         error = ArgumentError("name", name, "a new one")
         error.args = (f"a control named {name!r} already exists; names are unique",)
         raise error
     if choices is not None:
         _no_bounds("choices", low, high, step)
-        control = _choice(values, name, value, choices)
+        control = _choice(values, name, value, choices, group)
     elif isinstance(value, (bool, np.bool_)):
         _no_bounds("True or False", low, high, step)
-        control = Control(name, bool(value), values)
+        control = Control(name, bool(value), values, group=group)
+    elif isinstance(value, str) and low is None and high is None:
+        _no_bounds("a colour", low, high, step)
+        control = Control(name, "#" + digits_of("value", value), values, group=group)
     else:
-        control = _number(values, name, value, low, high, step)
+        control = _number(values, name, value, low, high, step, group)
     values[name] = control.default
     return control
 
@@ -173,7 +188,7 @@ def _no_bounds(kind: str, low: Any, high: Any, step: Any) -> None:
             raise ArgumentError(argument, given, f"left out for a control of {kind}")
 
 
-def _choice(values: dict[str, Any], name: str, value: Any, choices: Any) -> Control:
+def _choice(values: dict[str, Any], name: str, value: Any, choices: Any, group: str | None) -> Control:
     listed = arguments.listed("choices", choices, _CHOICES)
     wrong = [one for one in listed if not _is_choice(one)]
     if (
@@ -185,14 +200,16 @@ def _choice(values: dict[str, Any], name: str, value: Any, choices: Any) -> Cont
         raise ArgumentError("choices", choices, f"1..{MOST_CHOICES} {_CHOICES}")
     if not _is_choice(value) or value not in listed:
         raise ArgumentError("value", value, f"one of the choices, {listed!r}")
-    return Control(name, listed[listed.index(value)], values, choices=listed)
+    return Control(name, listed[listed.index(value)], values, choices=listed, group=group)
 
 
 def _is_choice(one: Any) -> bool:
     return isinstance(one, str) or (type(one) in (int, float) and _finite(one))
 
 
-def _number(values: dict[str, Any], name: str, value: Any, low: Any, high: Any, step: Any) -> Control:
+def _number(
+    values: dict[str, Any], name: str, value: Any, low: Any, high: Any, step: Any, group: str | None
+) -> Control:
     for argument, given in (("low", low), ("high", high)):
         if given is None:
             raise ArgumentError(argument, given, "given for a control that is a number")
@@ -202,13 +219,13 @@ def _number(values: dict[str, Any], name: str, value: Any, low: Any, high: Any, 
         raise ArgumentError("high", high, f"more than low, {low!r}")
     first = arguments.number("value", value, low=least, high=most)
     if step is None:
-        return Control(name, first, values, low=least, high=most)
+        return Control(name, first, values, low=least, high=most, group=group)
     width = arguments.number("step", step, high=most - least)
     if width <= 0 or (most - least) / width > 1e9:
         raise ArgumentError("step", step, f"above 0, at most high - low, {most - least:g}")
     if all(_is_whole(one) for one in (value, low, high, step)):
-        return Control(name, int(value), values, low=int(low), high=int(high), step=int(step))
-    return Control(name, first, values, low=least, high=most, step=width)
+        return Control(name, int(value), values, low=int(low), high=int(high), step=int(step), group=group)
+    return Control(name, first, values, low=least, high=most, step=width, group=group)
 
 
 def _is_whole(one: Any) -> bool:

@@ -47,10 +47,12 @@ class Orders:
         if not isinstance(order, dict) or len(order) != 1:
             raise ValueError("an order is an object with one name")
         (name, wish), *_ = order.items()
-        if self._repeats is not None and name not in ("pace", "pause", "step"):
+        if self._repeats is not None and name not in ("again", "pace", "pause", "stay", "step"):
             raise ValueError(
                 f"this run repeats the orders of {self._repeats}; it can be paused, but not steered"
             )
+        if self._repeats is not None and name == "again" and isinstance(wish, dict) and wish.get("rows"):
+            raise ValueError(f"this run repeats the orders of {self._repeats}, and no others")
         if name in _NUMBERS:
             self._move(name, wish)
         elif name == "set":
@@ -64,6 +66,10 @@ class Orders:
     def joined(self) -> None:
         """Queue the notice, for all ranks, that a viewer has joined."""
         self._say("joined", True)
+
+    def left(self) -> None:
+        """Queue the notice that the desk has left, which wanted the run to wait at its end."""
+        self._say("stay", False)
 
     def wake(self) -> None:
         """End a `wait` without an order."""
@@ -128,6 +134,8 @@ class Orders:
                 self._moves = []  # they applied to the old camera
             if name == "pause":
                 self._order.pop("step", None)  # drop steps ordered before the pause
+            if name == "again" and name in self._order:  # a long session's rows come in several orders
+                wish = {**wish, "rows": self._order[name]["rows"] + wish["rows"]}
             if name == "step":
                 wish = min(wish + self._order.get("step", 0), MOST_STEPS)
             self._order[name] = wish
@@ -148,7 +156,32 @@ def _checked(name: str, wish: Any) -> Any:
         return wish
     if name == "stop" and wish is True:
         return True
+    if name == "stay" and isinstance(wish, bool):
+        return wish
+    if name == "again":
+        return _again(wish)
     raise ValueError(f"there is no order {str(name)[:100]!r} with this value")
+
+
+def _again(wish: Any) -> dict[str, Any]:
+    """Return the order to repeat an earlier run's rows up to a frame, as far as the script allows."""
+    names = {"rows", "to", "paused"}
+    if not isinstance(wish, dict) or set(wish) != names or not isinstance(wish["rows"], list):
+        raise ValueError(f"again takes {', '.join(sorted(names))}")
+    to = wish["to"]
+    if type(to) is not int or not 0 <= to < 2**31 or not isinstance(wish["paused"], bool):
+        raise ValueError("again goes on to a frame >= 0")
+    rows = []
+    for row in wish["rows"]:
+        if not isinstance(row, dict) or type(row.get("frame")) is not int:
+            raise ValueError("again takes rows of a steer.jsonl")
+        kept: dict[str, Any] = {"frame": row["frame"]}
+        if isinstance(row.get("set"), dict):
+            kept["set"] = row["set"]
+        if "camera" in row:
+            kept["camera"] = None if row["camera"] is None else Pose.read(row["camera"]).to_dict()
+        rows.append(kept)
+    return {"rows": rows, "to": to, "paused": wish["paused"]}
 
 
 def _is_move(one: Any) -> bool:

@@ -3,7 +3,7 @@
 const GROWTH = 1.6, LONGEST_PAUSE_MS = 15000;
 
 let socket = null, ended = false, pauseMs = 400;
-const view = new View(document.getElementById("view"), order => {
+const view = new Desk(document.getElementById("view"), order => {
   if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(order));
 }, { keys: document });
 

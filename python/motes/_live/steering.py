@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from .._run import sweeping
 from ..errors import MotesError
 from .controls import Control, definition_of, made, settle
 from .pose import Pose
@@ -34,15 +35,22 @@ class Steering:
         """Whether the last picture shows the current particles from the viewers' current camera."""
         self.steered = False
         """Whether a viewer has given any order."""
+        self.stays = False
+        """Whether the run waits at its end, so that viewers can look around."""
+        self._again: dict[
+            int, Mapping[str, Any]
+        ] = {}  # rows of an earlier run, repeated where still possible
+        self._to = 0
         self._text: str | None = None
         self.rows: Mapping[int, Mapping[str, Any]] = {}
         """The rows that are repeated, by frame."""
 
     # --- controls
 
-    def control(self, *arguments: Any) -> Control:
+    def control(self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any) -> Control:
         """Make a control: see `controls.made`."""
-        control = made(self._values, *arguments)
+        value = sweeping.default_of(name, value, choices)
+        control = made(self._values, name, value, low, high, step, choices)
         self.controls[control.name] = control
         self._text = None
         if control.name in self._left:
@@ -73,6 +81,10 @@ class Steering:
         """Whether the next frame must wait."""
         return not self.stopped and (self._waiting or (self.paused and self._steps == 0))
 
+    def hidden(self, frame: int) -> bool:
+        """Return whether a frame is only stepped, on the way to where an earlier run was."""
+        return frame < self._to - 1
+
     def hear(self, text: str) -> None:
         """Obey the text that `Orders.take` returned on the image generator."""
         for line in text.splitlines():
@@ -84,12 +96,12 @@ class Steering:
 
     def release(self) -> None:
         """Undo pauses, stops and the camera once viewers are gone for good; controls keep their values."""
-        self.paused = self._waiting = self.stopped = False
-        self._steps = 0
+        self.paused = self._waiting = self.stopped = self.stays = False
+        self._steps = self._to = 0
         self._next = None
 
     def _obey(self, order: Mapping[str, Any]) -> None:
-        self.steered = self.steered or bool(set(order) - {"joined"})
+        self.steered = self.steered or bool(set(order) - {"joined", "stay"})
         self._changes.update(order.get("set", {}))
         if "camera" in order:
             pose = None if order["camera"] is None else Pose.read(order["camera"])
@@ -97,9 +109,16 @@ class Steering:
             self._next = pose
         if "pause" in order:
             self.paused, self._steps = order["pause"], 0
+            self._to = 0 if self.paused else self._to
+        if "again" in order:
+            again = order["again"]
+            self._again.update({row["frame"]: row for row in again["rows"]})
+            self.paused = again["paused"]
+            self._steps = self._to = again["to"]
         if "step" in order:  # after the pause: see Orders
             self.paused = True
             self._steps += order["step"]
+        self.stays = order.get("stay", self.stays)
         self._waiting = self._waiting and "joined" not in order
         self.stopped = self.stopped or "stop" in order
 
@@ -111,6 +130,7 @@ class Steering:
         Raises MotesError if a repeated row sets a control or value that the script does not have.
         """
         self._repeat(frame)
+        self._repeat_loosely(frame)
         row: dict[str, Any] = {}
         changed = {
             name: value for name, value in self._changes.items() if not _same(self._values[name], value)
@@ -148,6 +168,16 @@ class Steering:
                     "this control"
                 )
         self._obey({name: part for name, part in row.items() if name in ("set", "camera", "stop")})
+
+    def _repeat_loosely(self, frame: int) -> None:
+        """Obey an earlier run's row, except for controls and values that the script no longer has."""
+        row = self._again.pop(frame, {})
+        for name, value in row.get("set", {}).items():
+            if name in self.controls:
+                with contextlib.suppress(ValueError):
+                    self._changes[name] = settle(self.controls[name], value)
+        if "camera" in row:
+            self._obey({"camera": row["camera"]})
 
     # --- checkpoints
 

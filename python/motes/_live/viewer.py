@@ -5,24 +5,38 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from .. import _extras
-from .orders import Orders
 from .pictures import Encoded
 
 __all__ = ["MOST_BYTES", "Viewer"]
 
 MOST_BYTES = 64 * 1024  # in one message from a viewer
 MOST_IN_FLIGHT = 2  # unacknowledged pictures
+MOST_KEPT = 64  # pictures that a viewer which keeps all has not read yet; older ones are dropped
+
+
+class Taker(Protocol):
+    """Who takes orders: `Orders`, or the desk."""
+
+    def put(self, order: Any) -> None:
+        """Queue a viewer's order. Raises ValueError, which says why, for an invalid one."""
 
 
 class Viewer:
     """A browser or program that views the run. Used only in the server's thread."""
 
-    def __init__(self, socket: Any, orders: Orders, wake: Callable[[], None]) -> None:
-        """Take the viewer's socket; `wake` is called when it can take another picture."""
+    def __init__(
+        self, socket: Any, orders: Taker, wake: Callable[[], object], *, keeps: bool = False
+    ) -> None:
+        """Take the viewer's socket; `wake` is called when it can take another picture.
+
+        `keeps`: it gets all pictures, at once, and need not acknowledge them.
+        """
+        self.keeps = keeps
         self._socket = socket
         self._orders = orders
         self._wake = wake
@@ -34,6 +48,8 @@ class Viewer:
         self._sent = 0  # the number of the last picture sent
         self._exact = False  # whether that picture was lossless
         self._flying: list[int] = []
+        self._kept: deque[bytes] = deque(maxlen=MOST_KEPT)
+        self._notes: deque[str] = deque()
         self._most_in_flight = MOST_IN_FLIGHT
         self._refusal = ""
         self._idle = asyncio.Event()
@@ -48,6 +64,25 @@ class Viewer:
     def offer(self, picture: Encoded) -> None:
         """Offer a picture, in place of one that has not been sent yet."""
         self._offered = picture
+        self._something.set()
+
+    def keep(self, picture: Encoded) -> None:
+        """Send a viewer that keeps all pictures this one, in turn; offer it to another."""
+        if not self.keeps:
+            if self.wants(picture.number):
+                self.offer(picture)
+            return
+        self._sent, self._exact = picture.number, picture.exact
+        self.send(picture.message)
+
+    def send(self, message: bytes) -> None:
+        """Send a picture that needs no acknowledgement."""
+        self._kept.append(message)
+        self._something.set()
+
+    def note(self, text: str) -> None:
+        """Send a note after those before it."""
+        self._notes.append(text)
         self._something.set()
 
     def offer_last(self, picture: Encoded) -> None:
@@ -90,6 +125,10 @@ class Viewer:
                 if self._refusal:
                     refusal, self._refusal = self._refusal, ""
                     await self._socket.send(json.dumps({"refused": refusal}))
+                while self._notes:
+                    await self._socket.send(self._notes.popleft())
+                while self._kept:
+                    await self._socket.send(self._kept.popleft())
                 if self._told < self._version:
                     self._told = self._version
                     await self._socket.send(json.dumps(self._state))
@@ -113,7 +152,8 @@ class Viewer:
         assert offered is not None
         self._offered = None
         self._sent, self._exact = offered.number, offered.exact
-        self._flying.append(offered.number)
+        if not self.keeps:
+            self._flying.append(offered.number)
         await self._socket.send(offered.message)
         self._wake()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -38,7 +37,7 @@ class Viewing:
         self._due_s = 0.0  # when the next frame may start at film speed
         self.url = self._server.url
         if not quiet:
-            tell(f"motes: live at {self.url}  ({_from_afar(live.host, self._server.port)})")
+            tell(f"motes: live at {self.url}  ({access.from_afar(live.host, self._server.port)})")
 
     def ask(self, order: dict[str, Any]) -> None:
         """Give an order as a viewer does. May be called from any thread."""
@@ -62,6 +61,10 @@ class Viewing:
         if frame:
             self._server.show(frame.pixels, frame=frame.index, orders=self._heard)
 
+    def note(self, frame: int, row: Mapping[str, Any]) -> None:
+        """Tell the desk what changes before a frame."""
+        self._server.note({"row": {"frame": frame, **row}})
+
     def keep_pace(self, dt: float) -> None:
         """Wait until the film would show the next frame, if viewers want film speed."""
         now = time.monotonic()
@@ -70,13 +73,15 @@ class Viewing:
         self._due_s = max(self._due_s, now) + min(dt, _LONGEST_S)
         self._due_s = min(self._due_s, time.monotonic() + min(dt, _LONGEST_S))
 
-    def tell(self, steering: Steering, **facts: Any) -> None:
+    def tell(self, steering: Steering, pose: Callable[[], Pose | None], **facts: Any) -> None:
         """Send viewers the state of the run."""
         controls = {
             name: {**definition_of(control), "value": steering.wished(name)}
             for name, control in steering.controls.items()
         }
         turned = steering.camera is not None
+        if self._server.viewers:
+            facts["camera"] = None if (now := pose()) is None else now.to_dict()
         facts["paced"] = self._orders.paced
         self._server.tell({**facts, "paused": steering.paused, "turned": turned, "controls": controls})
 
@@ -90,12 +95,3 @@ class Viewing:
     def close(self) -> None:
         """Tell viewers that the run has ended, and close the server."""
         self._server.close()
-
-
-def _from_afar(host: str, port: int) -> str:
-    """Return how a browser on another machine reaches this server."""
-    machine = socket.gethostname()
-    if access.is_local(host):
-        shown = f"[{host}]" if ":" in host else host
-        return f"from another machine: ssh -L {port}:{shown}:{port} {machine}"
-    return f"from another machine: the same, or ssh -L {port}:{machine}:{port} {machine}"

@@ -30,12 +30,12 @@ WIDTHS = (1, 3, 4)
 """How many numbers per particle a column can have."""
 
 
-def leave_out(path: Path, name: str, reason: str) -> None:
-    """Warn, at the caller of `open_particles`, that a column of a file is not read."""
+def leave_out(path: Path, name: str, reason: str, *, level: int = 5) -> None:
+    """Warn, `level` calls up the stack, at the caller of `open_particles`, that a column is not read."""
     text = (
         f"{path}: column {name!r} is left out: it has {reason}; columns have 1, 3 or 4 numbers per particle"
     )
-    warnings.warn(text, MotesWarning, stacklevel=5)
+    warnings.warn(text, MotesWarning, stacklevel=level)
 
 
 def renamed(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -59,9 +59,8 @@ class Camera(Settings):
     focus: float | None
     """The distance of sharp focus, m; None: everything is sharp."""
     aperture: float
-    """Diameter of the lens, m: particles out of focus spread over their circle of confusion, with the same
-    total light. 0: a pinhole, everything is sharp. Solids and the sky always stay sharp. Opaque particles
-    out of focus are blended by coverage."""
+    """Diameter of the lens, m: what is out of focus spreads over its circle of confusion, with the same total
+    light. 0: a pinhole, everything is sharp. The sky always stays sharp."""
 
     _checks = {
         "position": arguments.place,

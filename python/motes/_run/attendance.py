@@ -24,6 +24,7 @@ __all__ = ["LEAVE_WAIT_S", "Left", "begin", "leave"]
 LEAVE_WAIT_S = 0.5  # how long a rank that leaves waits for the others before it sends them notes
 _LEFT_TAG = 32741  # on COMM_WORLD: "I left before the run started"; every MPI allows tags up to 32767
 _NOBODY = 2**31 - 1
+_FAILED = 2**30  # a rank that is here, but whose call has failed
 _MARKS = 31  # bits of an agreement that identify the ranks that leave
 _gone: set[int] = set()  # ranks of COMM_WORLD that have sent a note
 
@@ -41,7 +42,7 @@ class Left(Exception):
 class _Collective:
     """A collective by which all ranks learn whether a rank leaves, and which one."""
 
-    def __init__(self, comm: MPI.Comm, *, leaves: bool) -> None:
+    def __init__(self, comm: MPI.Comm, *, leaves: bool, failed: bool = False) -> None:
         from mpi4py import MPI
 
         self._comm = comm
@@ -51,7 +52,8 @@ class _Collective:
             self._agreed = array("i", [self._everything ^ mark if leaves else self._everything])
             self._request = comm.Iagree(self._agreed)
         else:
-            own, self._agreed = array("i", [process.rank if leaves else _NOBODY]), array("i", [_NOBODY])
+            says = process.rank if leaves else _FAILED if failed else _NOBODY
+            own, self._agreed = array("i", [says]), array("i", [_NOBODY])
             self._own = own  # must live until the request is done
             self._request = comm.Iallreduce(own, self._agreed, MPI.MIN)
 
@@ -66,29 +68,32 @@ class _Collective:
                 return self._request == MPI.REQUEST_NULL  # an agreement reports losses even if it succeeds
             raise
 
-    def check(self) -> None:
-        """Raise Left if a rank leaves."""
+    def check(self) -> bool:
+        """Raise Left if a rank leaves; return whether a rank may have failed."""
         if not process.survives:
-            if self._agreed[0] != _NOBODY:
+            if self._agreed[0] < _FAILED:
                 raise Left(self._agreed[0])
-        elif gone := self._everything & ~self._agreed[0]:
+            return self._agreed[0] == _FAILED
+        if gone := self._everything & ~self._agreed[0]:
             ranks = [rank for rank in range(process.size) if gone >> rank % _MARKS & 1]
             raise Left(ranks[0] if len(ranks) == 1 or process.size <= _MARKS else None)
+        return True  # an agreement has no bit for that
 
 
-def begin(comm: MPI.Comm, *, without_lost: bool = False) -> None:
+def begin(comm: MPI.Comm, *, without_lost: bool = False, failed: bool = False) -> bool:
     """Wait until every rank of `comm` is about to run. Collective.
 
-    Raises Left if one of them leaves the script or is lost; `without_lost`: lost ranks are ignored.
+    Raises Left if one of them leaves the script or is lost; `without_lost`: lost ranks are ignored. Returns
+    whether a rank may have been `failed`; all ranks return the same.
     """
     from mpi4py import MPI
 
     if comm.size == 1:
-        return
+        return failed
     everybody = comm == process.left or MPI.Comm.Compare(comm, MPI.COMM_WORLD) != MPI.UNEQUAL
     # If `comm` has all live ranks, this matches the collective in `leave`. A subset has its own collective
     # and learns about ranks that leave from notes.
-    all_begin = _Collective(MPI.COMM_WORLD if everybody else comm, leaves=False)
+    all_begin = _Collective(MPI.COMM_WORLD if everybody else comm, leaves=False, failed=failed)
     pause = 0.0
     while not all_begin.done():
         if not without_lost:
@@ -96,9 +101,10 @@ def begin(comm: MPI.Comm, *, without_lost: bool = False) -> None:
         _check_notes(comm)
         time.sleep(pause)
         pause = min(pause + 1e-4, 5e-3)
-    all_begin.check()
+    may_have_failed = all_begin.check()
     if not without_lost:
         check_lost(comm)
+    return may_have_failed
 
 
 def check_lost(comm: MPI.Comm) -> None:

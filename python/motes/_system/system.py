@@ -32,6 +32,7 @@ from .system_state import SystemState
 
 if TYPE_CHECKING:
     from .._world.world import World
+    from ..shapes._mesh import Mesh
 
 __all__ = ["System", "state_of"]
 
@@ -301,6 +302,32 @@ class System(Bodies):
         from .gathering import gathered
 
         return gathered(self._state, to, unwrapped)
+
+    @says_near_names
+    def surface(self, cell: float, *, radius: float | None = None) -> Mesh:
+        """Return the surface of all particles as a closed mesh, such as the skin of a liquid. Collective.
+
+        A particle alone becomes a ball of `radius`. Particles up to about 2 * `radius` apart merge: the
+        surface of a block of particles 2 * `radius` apart is flat, `radius` outside the outer centres. It
+        does not reach across periodic borders: there it is closed on both sides. Particles whose position is
+        not finite are left out.
+
+        Args:
+            cell: side of the cells that the surface is cut into, m: 1/16 to 2 times `radius`. Half of it is
+                fine enough for most uses.
+            radius: radius of a particle, m: half the distance between neighbours; None: `cell`.
+
+        Returns:
+            The mesh, the same on every rank, and for any number of ranks. `Solid` draws it, `Mesh.save`
+            writes it to a file.
+
+        Raises:
+            ArgumentError: if there are no particles, an argument is out of range, or the grid would not fit
+                in memory: the cells near particles are too many (2 GB), or too far from the origin.
+        """
+        from .surfacing import surfaced
+
+        return surfaced(self._state, cell, radius)
 
     @says_near_names
     def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..errors import ArgumentError
 
-__all__ = ["LINEAR", "named"]
+__all__ = ["LINEAR", "digits_of", "named"]
 
 ALLOWED = 'a colour: 3 numbers, "#ff8800" or a CSS name such as "orange"'
 DIGITS = frozenset("0123456789abcdef")
@@ -50,6 +50,13 @@ def named(argument: str, text: str) -> tuple[float, float, float]:
     Raises:
         ArgumentError: if the text is no colour; the message suggests the closest name.
     """
+    digits = digits_of(argument, text)
+    red, green, blue = (LINEAR[int(digits[at : at + 2], 16)] for at in (0, 2, 4))
+    return red, green, blue
+
+
+def digits_of(argument: str, text: str) -> str:
+    """Return a colour's six hexadecimal digits. Raises ArgumentError if the text is no colour."""
     plain = text.strip().lower()
     digits = plain[1:] if plain.startswith("#") else _BY_NAME.get(plain, "")
     if len(digits) == 3:
@@ -57,8 +64,7 @@ def named(argument: str, text: str) -> tuple[float, float, float]:
     if len(digits) != 6 or not DIGITS.issuperset(digits):
         names: Any = () if plain.startswith("#") else _BY_NAME
         raise ArgumentError(argument, text, ALLOWED, known=names)
-    red, green, blue = (LINEAR[int(digits[at : at + 2], 16)] for at in (0, 2, 4))
-    return red, green, blue
+    return digits
 
 
 def _linear(encoded: float) -> float:

@@ -365,11 +365,25 @@ TABLE = {
             default_text="the script's `World(live=...)`",
         ),
         Variable(
+            "MOTES_REHEARSAL",
+            "set by `motes live`: run this many frames without writing any file, then end the process",
+            f"an integer 1..{MOST_RANKS}",
+            _up_to(MOST_RANKS),
+            default_text="an ordinary run",
+        ),
+        Variable(
             "MOTES_STEERING",
             "a steer.jsonl of an earlier run, whose orders are repeated",
             "a file",
             str,
             default_text="the script's `World(steering=...)`",
+        ),
+        Variable(
+            "MOTES_SWEEP",
+            "set by `motes sweep`: what it sets in a run, and where the run reports",
+            "a file of `motes sweep`",
+            str,
+            default_text="the script's own values",
         ),
         Variable("MOTES_SMPIRUN", "SimGrid's launcher", "a program", str, default="smpirun"),
         Variable(

@@ -20,6 +20,16 @@ class Parser(argparse.ArgumentParser):
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         super().__init__(**options)
 
+    intermixed = False
+    """Whether options may stand between positional arguments, and what follows `--` is the last of these."""
+
+    def parse_args(  # type: ignore[override]
+        self, args: Any = None, namespace: Any = None
+    ) -> argparse.Namespace:
+        """Parse a command line."""
+        parse = self.parse_intermixed_args if self.intermixed else super().parse_args
+        return parse(args, namespace)
+
     def error(self, message: str) -> NoReturn:
         """Print usage and message, suggest the closest choice or option if one was mistyped; exit with 2."""
         wrong = re.search(r"invalid choice: '([^']*)'.*\(choose from (.*)\)", message)

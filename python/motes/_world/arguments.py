@@ -15,6 +15,7 @@ from .._live import repeating
 from .._mpi import alone, rank_process
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
+from .._run import sweeping
 from .._run.excerpt import Excerpt
 from .._run.process import process
 from .._run.settings import RunSettings
@@ -61,13 +62,14 @@ def settings(
 
     `cast`, `speeds`: which rank plays which role, and the ranks' speeds, as given by `roles`.
     """
+    given = dict(sweeping.given_with(given))
     seed, axes, log = given["seed"], axis(given["axis"]), directory(given["log"])
     excerpt = Excerpt.current()
     is_still = excerpt is not None and excerpt.still is not None
     own_log = log if excerpt is None or log is None else os.fspath(excerpt.beside(Path(log)))
     space, periods = interval(given["space"]), periods_of(given["periodic"])
     check_periods(axes, space, periods)
-    return RunSettings(
+    checked = RunSettings(
         seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
         dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
         substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
@@ -94,6 +96,9 @@ def settings(
         excerpt=excerpt,
         whole_log=None if excerpt is None or environment.read("MOTES_PREVIEW") else log,
     )
+    if not environment.read("MOTES_REHEARSAL"):
+        return checked
+    return checked._replace(log=None, spans=False, checkpoint=None, live=None, steering=None)
 
 
 def axis(value: Any, world: str | None = None) -> str:
@@ -180,8 +185,8 @@ def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
         return left, [int(rank) for rank in ranks], MPI.COMM_WORLD.size
     if comm is None:
         comm = MPI.COMM_WORLD
-    if not isinstance(comm, MPI.Intracomm):
-        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+    if not isinstance(comm, MPI.Intracomm) or not comm:
+        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator that has not been freed")
     return comm, range(comm.size), comm.size
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .._checkpoint.finding import Origin
     from .._live.repeating import Repeated
 
-__all__ = ["Met", "begin", "close", "meet"]
+__all__ = ["Met", "begin", "begin_again", "close", "meet"]
 
 _CARD = struct.Struct(f"<i64s64siqQ96s16sii{MASK_BYTES}s48s")  # what each rank reports about itself
 _ALL = "other ranks to enter the world"
@@ -51,6 +51,17 @@ def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
     if without_lost and process.survives and comm.size > 1:
         _count_left(comm)
     return process.open(OpenRun())
+
+
+def begin_again(comm: MPI.Intracomm, run: OpenRun, *, failed: bool) -> bool:
+    """Open a run that was closed between two calls, once every rank of `comm` makes the call. Collective.
+
+    Return whether the call may have `failed` on a rank.
+    """
+    with _left_ends():
+        may_have_failed = attendance.begin(comm, failed=failed)
+    process.open(run)
+    return may_have_failed
 
 
 def _count_left(comm: MPI.Intracomm) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .._picture.frame import Frame
-from .._run import stopping
+from .._run import stopping, sweeping
 from .._system.session import Session, outside
 from .._values import arguments
 from ..errors import MotesError
@@ -35,6 +35,8 @@ class Loop:
         self.shows_in_cell = False
         """Whether a notebook shows the loop."""
         self._in_cell: CellProgress | None = None
+        self.report: sweeping.Report | None = None
+        """What `motes sweep` wants to know of this world; None: it does not run the script."""
         self.seeking = Seeking(session)
 
     def frames(self, n: int) -> Iterator[int]:
@@ -52,6 +54,8 @@ class Loop:
     def _frames(self, n: int) -> Iterator[int]:
         session, viewers = self._session, self._viewers
         self._in_cell = None
+        if self._probed():
+            return
         try:
             while True:
                 if self.checkpoints is not None:
@@ -74,6 +78,15 @@ class Loop:
             stopping.disarm()
             self._show_in_cell(last=True)
 
+    def _probed(self) -> bool:
+        """Report to `motes sweep`, if it runs the script; return whether it only asks for the controls."""
+        self.report = self.report or sweeping.claim()
+        if self.report is None or not self.report.probe:
+            return False
+        if self._session.manages:
+            self.report.write_controls(self._viewers.steering.controls, self._session.settings.axis)
+        return True
+
     def skips(self) -> bool:
         """Return whether an earlier run has already computed the frame that ends. Collective."""
         return self.checkpoints is not None and self.checkpoints.skip()
@@ -85,6 +98,8 @@ class Loop:
 
     def shows(self, frame: Frame | None) -> None:
         """Show a finished frame to viewers and in the notebook; None: a frame without a picture."""
+        if frame and self.report is not None:
+            self.report.last = frame
         if frame and self._in_cell is not None:
             self._in_cell.picture(frame.pixels, frame.index)
         self._viewers.show(frame)

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Running"]
 
+HIDDEN = "it was stepped over, on the way to the frame where the page was"
+
 
 class Running:
     """Starts a run, ends each of its frames, and ends the run."""
@@ -227,14 +229,17 @@ class Running:
     def _finish(self) -> list[str]:
         """Close files, write the last checkpoint and finish the engine; return the engine's last remarks."""
         session = self.session
+        self.viewers.end_rehearsal()
         for files in list(session.files):
             files.close()
         self.viewers.open_file()  # in case the run had no frame
         self.loop.save_now()
+        self.viewers.hold_at_end()
         engine = session.begin("the end of the world")
         try:
             if self._recovery is not None:
                 self._recovery.secure_films(engine)
+            self._report(engine)
             engine.finish()
         finally:
             session.end()
@@ -243,6 +248,19 @@ class Running:
         if session.recording is not None:
             session.recording.keep(session.engine_for("the end"), session.facts(), session.manages)
         return remarks
+
+    def _report(self, engine: _core.Engine) -> None:
+        """Tell `motes sweep` how a run ended that has done all its frames. Collective."""
+        session, report = self.session, self.loop.report
+        if report is None or report.probe or session.frame < session.total:
+            return
+        pictures = engine.tell(report.save_still)
+        particles = engine.digest()
+        if session.manages:
+            picture = pictures[session.cast[1]].decode()
+            report.write(
+                particles=particles, picture=picture, frames=session.frame, count=session.particles()
+            )
 
     # --- frames
 
@@ -271,10 +289,13 @@ class Running:
         if self.loop.skips():
             return self._skipped()
         session, index = self.session, self.session.frame
-        if not self._is_drawn(index):
+        why = "" if self._is_drawn(index) else LEFT_OUT
+        if not why and self.viewers.steering.hidden(index):
+            why = HIDDEN
+        if why:
             self._run("render()", None)
             self.loop.shows(None)
-            return self.pictures.absent(index, LEFT_OUT, left_out=True)
+            return self.pictures.absent(index, why, left_out=why == LEFT_OUT)
         view = self.pictures.view(session.time)
         if (excerpt := session.settings.excerpt) is not None and excerpt.still is not None:
             view.set_linear(view.linear or excerpt.still.lower().endswith(".exr"))
@@ -282,6 +303,9 @@ class Running:
         if session.recording is not None and not session.recording.full:
             return self.pictures.absent(index, scenefile.NO_PICTURE)
         frame = self.pictures.take(engine, index, (index + 1) * session.settings.dt, view)
+        if environment.read("MOTES_REHEARSAL"):
+            self.loop.shows(None)
+            return self.pictures.absent(index, "a rehearsal keeps no pictures")
         if not frame and self._recovery is not None:
             self._recovery.note_picture(frame)
         if frame and session.settings.digest:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +18,7 @@ from .._run import same_script, scenefile, stopping
 from .._run.settings import RunSettings
 from .._run.usage import Weakly
 from .._system.session import Session
+from .._values import environment
 from .._values.live import Live
 from .._values.values import at
 from ..errors import ArgumentError, MotesError
@@ -50,6 +53,7 @@ class Viewers:
         self._steer_file: SteerFile | None = None
         self._live = False  # whether there may be viewers; equal on all ranks
         self._writes_steering = False
+        self._finished = False  # whether the run is past its last frame
 
     def control(
         self,
@@ -59,12 +63,13 @@ class Viewers:
         high: float | None,
         step: float | None,
         choices: Sequence[Choice] | None,
+        group: str | None,
     ) -> Control:
         """Declare a control for viewers: `World.control`."""
         if self._session.ended:
             raise MotesError("this world has ended; make a new one")
         with self._session.usage.during("control()"):
-            control = self.steering.control(name, value, low, high, step, choices)
+            control = self.steering.control(name, value, low, high, step, choices, group)
             if self._viewing is not None:
                 self._viewing.know(self.steering.controls)
         return control
@@ -166,8 +171,6 @@ class Viewers:
         self.steering.release()
 
     def _about(self) -> dict[str, Any]:
-        import sys
-
         title = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "motes"
         renderer = self._pictures.renderer
         size = (0, 0) if renderer is None else (renderer.width, renderer.height)
@@ -175,6 +178,7 @@ class Viewers:
             "title": title,
             "width": size[0],
             "height": size[1],
+            "dt": self._session.settings.dt,
             "repeats": self._session.settings.steering,
         }
 
@@ -222,6 +226,7 @@ class Viewers:
             self._hold()
         if self.stops():
             return True
+        self.end_rehearsal(self._session.frame)
         row = self.steering.commit(self._session.frame)
         if self.steering.stopped:
             self._note_stop("the repeated run" if self.steering.rows else "a viewer")
@@ -231,24 +236,45 @@ class Viewers:
         self.open_file()
         if row:
             self._write_row(row)
+            if self._viewing is not None:
+                self._viewing.note(self._session.frame, row)
         self._tell_viewers()
         return False
 
+    def end_rehearsal(self, frame: int | None = None) -> None:
+        """End the process if it rehearses and has run its frames, or (None) the script's last one."""
+        frames = environment.read("MOTES_REHEARSAL")
+        if frames is not None and (frame is None or frame >= frames):
+            with contextlib.suppress(OSError, ValueError):
+                sys.stdout.flush()
+            os._exit(0)  # nothing of the script's end may run: it would write files
+
+    def hold_at_end(self) -> None:
+        """After the last frame, let viewers of the desk look around as long as they like. Collective."""
+        if not self._live or self.steering.stopped or self.stop.signal:
+            return
+        self._finished = True
+        self._wait(lambda: self.steering.stays and not self.steering.stopped)
+
     def _hold(self) -> None:
         """Wait while the run is paused; redraw for viewers who move the camera."""
-        if not self.steering.held:
+        self._wait(lambda: self.steering.held)
+
+    def _wait(self, holds: Callable[[], bool]) -> None:
+        """Obey viewers, and redraw for those who move the camera, as long as the run `holds`."""
+        if not holds():
             return
         self._tell_viewers()
         stall_s = self._session.settings.stall_s
         beat_s = BEAT_S if stall_s is None else min(BEAT_S, stall_s / 4)
         stopping.arm()  # a notebook resets the handler of Ctrl-C for each cell
         try:
-            while self.steering.held and not self.stops():
-                self._ask_viewers(beat_s)
+            while holds() and not self.stops():
+                self._ask_viewers(beat_s, holds)
         finally:
             stopping.disarm()
 
-    def _ask_viewers(self, most_s: float) -> None:
+    def _ask_viewers(self, most_s: float, holds: Callable[[], bool]) -> None:
         """Share viewers' requests with all ranks, as soon as there are any or after `most_s` seconds."""
         if self._viewing is not None:
             self._viewing.wait(most_s)
@@ -259,7 +285,7 @@ class Viewers:
             self._session.end_conversation(engine)
         self.stop.ask_again()
         self.steering.hear(engine.orders)
-        if not self.steering.shown and self.steering.held and self._pictures.renderer is not None:
+        if not self.steering.shown and holds() and self._pictures.renderer is not None:
             self._show_again()
         self._tell_viewers()
 
@@ -273,7 +299,8 @@ class Viewers:
 
     def _tell_viewers(self) -> None:
         if self._viewing is not None:
-            self._viewing.tell(self.steering, frame=self._session.frame, total=self._session.total)
+            facts = {"frame": self._session.frame, "total": self._session.total, "finished": self._finished}
+            self._viewing.tell(self.steering, self._pose, **facts)
 
     def open_file(self) -> None:
         """Begin steer.jsonl on the manager of a steered run, once the script has created its controls."""

@@ -17,7 +17,7 @@ from .._run.progress import check as check_progress
 from .._system.session import Session
 from .._system.system import System
 from .._system.system_state import SystemState
-from .._values import arguments
+from .._values import arguments, environment
 from .._values import roles as _roles
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
@@ -133,6 +133,8 @@ class World(Settings):
             ArgumentError: if a setting is not allowed; the message says what is.
         """
         joined, ranks, of = checks.ranks_of(comm)
+        if environment.read("MOTES_REHEARSAL"):
+            roles = "auto"  # it has one rank
         cast = _roles.cast(roles, ranks, of)
         settings = checks.settings(
             cast=cast,
@@ -353,6 +355,7 @@ class World(Settings):
         high: float | None = None,
         step: float | None = None,
         choices: Sequence[Choice] | None = None,
+        group: str | None = None,
     ) -> Control:
         """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
 
@@ -361,11 +364,13 @@ class World(Settings):
 
         Args:
             name: a string that no other control of this world has.
-            value: the initial value: a number, a bool, or one of `choices`.
+            value: the initial value: a number, a bool, a colour as text ("orange", "#ff8800"), which becomes
+                "#rrggbb", or one of `choices`.
             low: the lower bound; required for a number.
             high: the upper bound; required for a number.
             step: the increment, counted from `low`; None: any number between the bounds.
-            choices: the strings or numbers to choose from; None: it is a number or a bool.
+            choices: the strings or numbers to choose from; None: it is a number, a bool or a colour.
+            group: the heading under which the page shows it; None: it stands above all groups.
 
         Returns:
             The control; the script reads its `value` in each frame.
@@ -373,7 +378,7 @@ class World(Settings):
         Raises:
             MotesError: if the world has ended.
         """
-        return self._viewers.control(name, value, low, high, step, choices)
+        return self._viewers.control(name, value, low, high, step, choices, group)
 
     @property
     def live_url(self) -> str | None:

@@ -5,17 +5,25 @@
   python -m motes live -n 16 --hosts node1:8,node2:8 --port 9000 script.py
 
 The line "motes: live at http://127.0.0.1:8080/?k=..." shows the address, and how to reach it from another
-machine. If the run has a log, steer.jsonl there records what viewers do; `run --steering` repeats it.
-A live view needs the extra: pip install "motes[live]". Other options are those of `run`.
+machine. The page outlives the run: it keeps the pictures, starts the run again, and reloads the script when
+it is saved (docs/live.md). With --hosts or --hostfile the run itself serves the page, which ends with it. If
+the run has a log, steer.jsonl there records what viewers do; `run --steering` repeats it. A live view needs
+the extra: pip install "motes[live]". Other options are those of `run`.
 """
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import os
+import sys
+from pathlib import Path
 
+from .. import _extras
+from .._launch import starting
 from .._values.live import Live
 from . import run as run_command
+from .parser import positive
 
 __all__ = ["configure", "run"]
 
@@ -33,17 +41,66 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--wait", action="store_true", help="start the first frame when the first viewer connects"
     )
     parser.add_argument("--paused", action="store_true", help="start paused")
+    parser.add_argument(
+        "--cache",
+        type=positive,
+        default=512,
+        metavar="MB",
+        help="memory for pictures of earlier frames (512)",
+    )
+    parser.add_argument(
+        "--no-reload", action="store_true", help="do not reload the script when it is saved; the page can"
+    )
     run_command.configure(parser)
     parser.usage = (
-        "python -m motes live -n N [--port P] [--host ADDRESS] [--wait] [--paused] [options of run] "
-        "[-- mpirun options] script.py [arguments]"
+        "python -m motes live -n N [--port P] [--host ADDRESS] [--wait] [--paused] [--cache MB] "
+        "[--no-reload] [options of run] [-- mpirun options] script.py [arguments]"
     )
 
 
 def run(args: argparse.Namespace) -> int:
     """Start the job as `run` does, with viewers."""
     live = Live(args.port, host=args.host, wait=args.wait, paused=args.paused)
+    if args.hosts is None and args.hostfile is None:
+        return asyncio.run(_desk(args, live))
     words = [str(live.port), f"host={live.host}"]
     words += [word for word, wanted in (("wait", live.wait), ("paused", live.paused)) if wanted]
     os.environ.update(MOTES_LIVE=",".join(words))
     return run_command.run(args)
+
+
+async def _desk(args: argparse.Namespace, live: Live) -> int:
+    """Serve a page whose jobs are those of `motes run`."""
+    from .._desk.desk import Desk, Start
+
+    _extras.require_live()
+    options, program = run_command.split_program(args)
+    starting.check_program(program)
+    is_script = not program[0].startswith("-")
+    start = Start(
+        argv=[
+            sys.executable,
+            "-m",
+            "motes",
+            "run",
+            *_words(args),
+            *(["--", *options, "--"] if options else []),
+            *program,
+        ],
+        script=Path(program[0]) if is_script else None,
+        arguments=program[1:],
+        live=live,
+        budget=args.cache << 20,
+        reload=is_script and not args.no_reload,
+    )
+    return await Desk(start).serve()
+
+
+def _words(args: argparse.Namespace) -> list[str]:
+    """Return the options of `run` as they were given."""
+    words = ["-n", str(args.ranks)]
+    words += [f"--{name}" for name in ("survive", "fresh", "anyway") if getattr(args, name)]
+    for name in ("restarts", "steering"):
+        if getattr(args, name):
+            words += [f"--{name}", str(getattr(args, name))]
+    return words

@@ -173,6 +173,26 @@ class Mesh(Shape):
         except (_meshes.Unreadable, OSError, ArgumentError) as error:
             raise ArgumentError("path", os.fspath(path), f"a mesh that can be read ({error})") from None
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the mesh at its place to a file: .obj, .glb or .usd.
+
+        Colours, texture coordinates and normals are written where the format has them: .obj has no colours.
+        The file appears only when it is complete. On several ranks, let one of them write.
+
+        Args:
+            path: path of the file.
+
+        Raises:
+            ArgumentError: if the suffix is another one.
+            OSError: if the file cannot be written.
+        """
+        from .._meshes import writing
+
+        file = arguments.file_path("path", path)
+        if file.suffix.lower() not in writing.SUFFIXES:
+            raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(writing.SUFFIXES)}")
+        writing.write(file, self)
+
     def at(
         self,
         place: ArrayLike = (0, 0, 0),

@@ -80,7 +80,7 @@ using sample::Everything;
 using sample::Padded;
 
 static_assert(base::enumerators<Colour>() == 3);
-static_assert(base::enumerators<recording::Verb>() == 12);
+static_assert(base::enumerators<recording::Verb>() == 13);
 static_assert(base::enumerators<engine::Request::Kind>() == 4);
 static_assert(base::enumerators<actions::Kind>() == actions::kKinds);
 static_assert(base::enumerators<shapes::Kind>() == shapes::kKinds);

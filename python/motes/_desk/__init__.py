@@ -1,0 +1,1 @@
+"""The desk: a page that outlives the runs it shows, keeps their pictures, restarts and reloads them."""

@@ -92,6 +92,7 @@ struct ShadeView {
   SkyLanes sky;
   Ambient ambient;
   bool has_images;  // any material has an image
+  bool bare;  // what is met is black
   ShadowMap sun_shadow;  // of particles
   float eye[3];  // position in the world, m
   float fog[3], fog_density;  // 1/m; 0: distant objects fade into the sky

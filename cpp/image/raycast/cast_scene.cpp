@@ -210,6 +210,7 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
   put(cross(across, sun_) * sun_spread_, shade_.sun_up);
   shade_.sky = sky_lanes(view);
   shade_.ambient = ambient(view);
+  shade_.bare = view.bare;
   shade_.has_images = std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.image; });
   shade_.sun_shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_sun());
   put(lens_.eye, shade_.eye);

@@ -81,18 +81,19 @@ void bind_view(py::module_& m) {
          double aperture) { v.camera = {position, look_at, up, fov_deg, near, focus, aperture}; },
       py::arg("position"), py::arg("look_at"), py::arg("up"), py::arg("fov_deg"), py::arg("near"), py::arg("focus"),
       py::arg("aperture"));
-  view.def(
-      "add_object",
-      [](View& v, const shapes::Shape& shape, image::Color color, float light, meshes::AssetKey image, float scale) {
-        v.objects.push_back({shape, color, 0, light, image, scale});
-      },
-      py::arg("shape"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"));
-  view.def(
-      "add_mesh",
-      [](View& v, const shapes::Shape& mesh, image::Color color, float light, meshes::AssetKey image, float scale) {
-        v.objects.push_back({mesh, color, mesh.mesh, light, image, scale});
-      },
-      py::arg("mesh"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"));
+  const auto def_solid = [&](const char* name, auto mesh_of) {
+    view.def(
+        name,
+        [mesh_of](View& v, const shapes::Shape& shape, image::Color color, float light, meshes::AssetKey image,
+                  float scale, float roughness, float metal, meshes::AssetKey finish_image, float glass) {
+          v.objects.push_back(
+              {shape, color, mesh_of(shape), light, image, scale, {roughness, metal}, finish_image, glass});
+        },
+        py::arg("shape"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"), py::arg("roughness"),
+        py::arg("metal"), py::arg("finish_image"), py::arg("glass"));
+  };
+  def_solid("add_object", [](const shapes::Shape&) { return meshes::AssetKey{0}; });
+  def_solid("add_mesh", [](const shapes::Shape& mesh) { return mesh.mesh; });
   view.def(
       "set_sun",
       [](View& v, Vector direction, float size_deg, image::Color color, float power) {

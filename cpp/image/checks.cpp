@@ -75,6 +75,10 @@ void check(const std::string& argument, const Solid& object) {
   check_number(argument + ".light", object.light, 0, base::kFarthest);
   check_number(argument + ".scale", object.scale, 1e-9, base::kFarthest);
   check_picture(argument + ".image", object.image);
+  check_number(argument + ".roughness", object.finish.roughness, 0, 1);
+  check_number(argument + ".metal", object.finish.metal, 0, 1);
+  check_picture(argument + ".finish_image", object.finish_image);
+  if (object.glass != 0) check_number(argument + ".glass", object.glass, 1, kMostGlass);
   if (object.mesh == 0) {
     check_solid(argument, object);
   } else if (!meshes::has_mesh(object.mesh)) {

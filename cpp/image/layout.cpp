@@ -32,11 +32,8 @@ bool has_even_light(const View& view) {
   return true;
 }
 
-// Returns whether a sprite shows a surface in space, whose light depends on its normal.
-bool is_surface(const Sprite& sprite) {
-  return (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite)) || sprite.is(Sprite::Kind::card) ||
-         sprite.is(Sprite::Kind::mesh);
-}
+// Returns whether the light of a sprite depends on the normal at each of its points.
+bool has_normals(const Sprite& sprite) { return is_surface(sprite) && !drawn_as_point(sprite); }
 
 }  // namespace
 
@@ -67,11 +64,11 @@ bool has_grey_light(const View& view) {
   return view.sky.kind == Sky::Kind::none && grey(view.sun_color) && grey(view.background);
 }
 
-bool lit_by_painter(const Sprite& sprite) { return sprite.lit && is_surface(sprite); }
+bool lit_by_painter(const Sprite& sprite) { return (sprite.lit || sprite.finish.reflects()) && has_normals(sprite); }
 
 bool fogged_by_painter(const Sprite& sprite, const View& view) {
   if (!(view.fog.metres > 0) || sprite.blend == Sprite::Blend::add) return false;
-  return is_surface(sprite) || sprite.is(Sprite::Kind::image);
+  return has_normals(sprite) || sprite.is(Sprite::Kind::image);
 }
 
 namespace {
@@ -122,7 +119,8 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
-  const bool simple = !(lit_by_painter(sprite) && !has_even_light(view)) && !fogged_by_painter(sprite, view);
+  const bool surface = lit_by_painter(sprite) && (sprite.finish.reflects() || !has_even_light(view));
+  const bool simple = !surface && !fogged_by_painter(sprite, view);
   if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   const bool far = !sharp && blurs_in_painter(sprite);  // may reach the image from far outside
   if (far || sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;

@@ -185,8 +185,8 @@ bool has_gain(const Sprite& sprite, const View& view);
 /// Returns whether the light of sun and sky has no colour: then one number is that on a sphere's point (see Daylight).
 bool has_grey_light(const View& view);
 
-/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes. Other lit sprites get
-/// their light when they are projected.
+/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes, and those that reflect.
+/// Other lit sprites get their light when they are projected.
 bool lit_by_painter(const Sprite& sprite);
 
 /// Returns whether the painter fills in the fog, which must not be multiplied by a sprite's shade or picture.

@@ -23,18 +23,20 @@ void put(const std::array<Vector, 4>& rows, std::size_t at, MeshCorners& to) {
   }
 }
 
-// Stores the colours of corners. `inwards`: the triangles face inwards and have been turned around.
-void put_colors(const meshes::Mesh& mesh, const meshes::Surface& surface, bool inwards, MeshCorners& to) {
-  if (mesh.colors.empty()) return;
-  const auto room = static_cast<std::size_t>(to.room);
-  to.colors.assign(9 * room, 0.0f);
+// Returns planes of `numbers` values per corner, of those of the mesh's vertices. `inwards`: the triangles face inwards
+// and have been turned around.
+std::vector<float> planes_of(const std::vector<float>& values, std::size_t numbers, const meshes::Mesh& mesh,
+                             const meshes::Surface& surface, bool inwards, std::size_t room) {
+  if (values.empty()) return {};
+  std::vector<float> planes(3 * numbers * room);
   for (std::size_t i = 0; i < surface.origin.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t turned = inwards ? (3 - k) % 3 : k;
-      const float* color = meshes::color_of(mesh, surface.origin[i], turned);
-      for (std::size_t c = 0; c < 3; ++c) to.colors[(3 * k + c) * room + i] = std::min(color[c], 1.0f);
+      const float* own = values.data() + numbers * mesh.triangles[3 * std::size_t{surface.origin[i]} + turned];
+      for (std::size_t c = 0; c < numbers; ++c) planes[(numbers * k + c) * room + i] = own[c];
     }
   }
+  return planes;
 }
 
 MeshCorners corners_of(const meshes::Mesh& mesh) {
@@ -55,7 +57,13 @@ MeshCorners corners_of(const meshes::Mesh& mesh) {
     rows[3] = square > 0 ? across * (1 / std::sqrt(square)) : Vector{};
     put(rows, i, made);
   }
-  put_colors(mesh, surface, inwards, made);
+  const auto planes = [&](const std::vector<float>& values, std::size_t numbers) {
+    return planes_of(values, numbers, mesh, surface, inwards, static_cast<std::size_t>(made.room));
+  };
+  made.colors = planes(mesh.colors, 3);
+  for (float& color : made.colors) color = std::min(color, 1.0f);
+  made.normals = planes(mesh.normals, 3);
+  made.uv = planes(mesh.uv, 2);
   return made;
 }
 

@@ -14,6 +14,8 @@ struct MeshCorners {
   /// Nine planes of `room` floats: linear red, green, blue, 0..1, of the first, second and third corner. Empty: the
   /// mesh has no colours.
   std::vector<float> colors;
+  /// Nine planes of normals and six of places on a picture (see meshes::Mesh), in the same order. Empty: it has none.
+  std::vector<float> normals, uv;
   int triangles = 0;
   int room = 0;  // `triangles` rounded up to whole vectors of any width
   /// The surface encloses a volume, so no triangle is seen from behind.

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "image/layout.h"
+#include "image/light/texture.h"
 #include "simd/floats3.h"
 
 namespace motes::MOTES_ISA {
@@ -24,8 +25,24 @@ struct TintedFacet : Facet {
   float first[3], to_right[3], to_below[3], low[3], high[3];
   Float3 normal;   // of the visible side, in the camera's axes
   bool small;      // `passes` is the same at all of its points
-  Float3 passes[2];  // factor on its colour, and fog, if there is light
+  Float3 passes[2];  // factor on its colour, and what is added to it, if there is light
+  float inverses[3];  // 1/depth of its corners, if they have any of the following
+  Float3 normals[3];  // at its corners, in the camera's axes
+  float uv[6];        // places of its corners on `level`, a picture
+  const image::TextureLevel* level;
 };
+
+/// Returns the parts, 0..1, of a triangle's corners in the surface at a position relative to the first one, px.
+MOTES_INLINE Float3 parts_at(const TintedFacet& f, float right, float down) {
+  constexpr float kUnit = 1.0f / (1 << image::kWideBits);
+  const float x1 = static_cast<float>(f.x[1] - f.x[0]) * kUnit, y1 = static_cast<float>(f.y[1] - f.y[0]) * kUnit;
+  const float x2 = static_cast<float>(f.x[2] - f.x[0]) * kUnit, y2 = static_cast<float>(f.y[2] - f.y[0]) * kUnit;
+  const float per = 1 / (x1 * y2 - x2 * y1);
+  const float second = (right * y2 - down * x2) * per, third = (down * x1 - right * y1) * per;
+  const auto part = [&](float on_screen, int k) { return on_screen > 0 ? on_screen * f.inverses[k] : 0; };
+  const Float3 parts{part(1 - second - third, 0), part(second, 1), part(third, 2)};
+  return times(parts, 1 / (parts.x + parts.y + parts.z));
+}
 
 /// Calls put(column, row) for each sample of a grid within a triangle moved by (dx, dy): kSamples x kSamples of them
 /// per pixel, in `columns` x `rows` pixels. A sample on an edge belongs to one of the two triangles that share it.

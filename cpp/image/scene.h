@@ -35,6 +35,9 @@ constexpr void fields(Visitor& visit, Camera& camera) {
   visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near, camera.focus, camera.aperture);
 }
 
+/// Greatest Solid::glass.
+inline constexpr float kMostGlass = 4;
+
 /// An external object (paper 3.2.4), which is drawn and lit, and hides the particles behind it.
 struct Solid {
   shapes::Shape shape;
@@ -43,13 +46,17 @@ struct Solid {
   float light = 0;  // emitted light, as a multiple of `color`
   meshes::AssetKey image = 0;  // not 0: a picture that multiplies `color`, repeated along the world's axes
   float scale = 1;  // width of the image, m
+  Finish finish{};
+  meshes::AssetKey finish_image = 0;  // not 0: its green multiplies the roughness, its blue the metal, where `image` is
+  float glass = 0;  // index of refraction, from 1 on; 0: opaque
 
   bool operator==(const Solid&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Solid& solid) {
-  visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale);
+  visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale, solid.finish, solid.finish_image,
+        solid.glass);
 }
 
 /// A cone of light. Its edge is soft: see Lamp.

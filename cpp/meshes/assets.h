@@ -46,11 +46,6 @@ constexpr void fields(Visitor& visit, Mesh& mesh) {
   visit(mesh.vertices, mesh.triangles, mesh.colors, mesh.density, mesh.uv, mesh.normals);
 }
 
-/// Returns the linear RGB of a triangle's corner, 0..2. The mesh must have colours.
-inline const float* color_of(const Mesh& mesh, std::size_t triangle, std::size_t corner) {
-  return mesh.colors.data() + 3 * std::size_t{mesh.triangles[3 * triangle + corner]};
-}
-
 inline constexpr std::int32_t kMaxPicture = 8192;                      // pixels, each side
 inline constexpr std::size_t kMaxTriangles = std::size_t{1} << 26;     // of one mesh
 

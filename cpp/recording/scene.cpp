@@ -212,14 +212,14 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
     Reader in(frame);
     const Record record = read(in);
     for (const image::Sprite& sprite : record.sprites) {
-      keys.insert(sprite.asset());
+      keys.insert({sprite.asset(), sprite.picture_on_mesh()});
       if (sprite.sheet() != nullptr) add_meshes(sprite.sheet()->pick.shapes, keys);
     }
     for (const std::vector<Item>& list : record.lists) {
       for (const Item& item : list) add_meshes(item, keys);
     }
     if (!record.view) continue;
-    for (const image::Solid& solid : record.view->objects) keys.insert({solid.mesh, solid.image});
+    for (const image::Solid& solid : record.view->objects) keys.insert({solid.mesh, solid.image, solid.finish_image});
     keys.insert(record.view->sky.picture);
   }
   keys.erase(0);

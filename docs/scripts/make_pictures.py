@@ -132,6 +132,66 @@ def lamps(*, smooth: bool = True, lit: bool = True, only: bool = False) -> motes
     )
 
 
+def finish(kind: str) -> motes.Frame:
+    """Render brass, wet stones, paper or glass under a cloudy sky."""
+    dice = np.random.default_rng(4)
+    sky = np.zeros((64, 128, 3), np.float32)
+    height = np.linspace(1, -1, 64)[:, None, None]
+    sky[:] = np.where(height > 0, (0.75, 0.82, 0.95) - height * (0.5, 0.45, 0.35), (0.2, 0.18, 0.16))
+    for _ in range(40):
+        x, y = dice.integers(0, 120), dice.integers(4, 28)
+        sky[y : y + 2, x : x + dice.integers(4, 20)] += 0.35
+    ground = motes.Solid(Plane((0, 0, 0), (0, 1, 0)), (0.24, 0.22, 0.2))
+    facts: dict[str, Any] = {"background": sky, "sun": (-0.7, 0.8, 0.5), "objects": [ground]}
+
+    def place(system: motes.System) -> None:
+        if kind == "stones":
+            greys = motes.Uniform(0.06, 0.2)
+            system.configure(size=motes.Uniform(0.25, 0.55), color=greys, orientation="random")
+            system.burst(Box((-1.7, 0.1, -1.2), (1.7, 0.16, 1.5)), count=70)
+        if kind == "paper":
+            tints = motes.Uniform((0.5, 0.45, 0.3), (0.9, 0.85, 0.8))
+            system.configure(size=0.42, color=tints, orientation="random")
+            system.burst(Box((-1.6, 0.2, -0.8), (1.6, 1.7, 0.8)), count=60)
+
+    sprite = motes.Sprite()
+    if kind == "brass":
+        bell = [(0.02, 1.5), (0.25, 1.45), (0.36, 1.2), (0.42, 0.8), (0.55, 0.5), (0.72, 0.36)]
+        facts["objects"] += [motes.Solid(turned(bell), (0.9, 0.62, 0.25), roughness=0.22, metal=1)]
+        balls = [((-1.1, 0.3, 0.4), 0.3, 0.05), ((1.15, 0.36, 0), 0.36, 0.5)]
+        facts["objects"] += [
+            motes.Solid(Sphere(at, r), (0.9, 0.62, 0.25), roughness=rough, metal=1) for at, r, rough in balls
+        ]
+    if kind == "stones":
+        pebble = turned([(0.01, 0.3), (0.25, 0.26), (0.42, 0.12), (0.5, 0), (0.42, -0.12), (0.01, -0.25)])
+        sprite = motes.Sprite("mesh", mesh=pebble, blend="opaque", lit=True, roughness=0.25)
+    if kind == "paper":
+        white = np.full((8, 12, 4), 255, np.uint8)
+        glossy = 0.3
+        sprite = motes.Sprite(
+            "image", None, "opaque", image=white, facing="orientation", lit=True, roughness=glossy
+        )
+    if kind == "glass":
+        wall = [(0.3, 0.02), (0.34, 0.5), (0.42, 1.3), (0.39, 1.3), (0.31, 0.5), (0.27, 0.08), (0.01, 0.08)]
+        facts["objects"] += [
+            motes.Solid(Box((-1.6, 0, -1.3), (-0.5, 1.2, -1)), (0.8, 0.25, 0.15)),
+            motes.Solid(Box((0.2, 0, -1.4), (1.7, 0.8, -1.1)), (0.2, 0.4, 0.7)),
+            motes.Solid(turned([(0.01, 0.02), *wall]).at((-0.75, 0, 0.2)), glass=1.5),
+            motes.Solid(Sphere((0.7, 0.5, 0.3), 0.5), glass=1.5),
+        ]
+    return picture(sprite, place, **facts)
+
+
+def turned(outline: list[tuple[float, float]]) -> motes.Mesh:
+    """Turn an outline of radii and heights, m, around the vertical axis."""
+    high, around = len(outline), 48
+    angles = np.arange(around) * (2 * np.pi / around)
+    points = [(r * np.cos(a), y, r * np.sin(a)) for a in angles for r, y in outline]
+    corners = [(i * high + k, (i + 1) % around * high + k) for i in range(around) for k in range(high - 1)]
+    faces = [t for a, b in corners for t in ((a, b, a + 1), (b, b + 1, a + 1))]
+    return motes.Mesh(np.round(points, 6), faces, smooth=True)
+
+
 def layer(name: str) -> NDArray[np.uint8]:
     """Return a layer of balls that fly past the pillar, and of smoke in front of them, as grey or colours."""
     renderer = motes.Renderer(*SIZE, camera=CAMERA, objects=[GROUND, PILLAR], layers=[name])
@@ -170,6 +230,8 @@ def pictures() -> Iterator[tuple[str, Callable[[], Any]]]:
     yield "light-sun", partial(lamps, lit=False)
     yield "light-lamp", lamps
     yield "smooth-off", partial(lamps, smooth=False, lit=False)
+    for kind in ("brass", "stones", "paper", "glass"):
+        yield f"finish-{kind}", partial(finish, kind)
     for name in ("depth", "alpha", "velocity"):
         yield f"layer-{name}", partial(layer, name)
 

@@ -72,6 +72,7 @@ __all__: list[str] = [
     "tone_16_bits",
     "trace_attributes",
     "tree_cuts",
+    "use_mpi",
 ]
 
 class Shape:
@@ -218,10 +219,28 @@ class View:
         spot_deg: float,
     ) -> None: ...
     def add_mesh(
-        self, mesh: Shape, color: collections.abc.Sequence[float], light: float, image: int, scale: float
+        self,
+        shape: Shape,
+        color: collections.abc.Sequence[float],
+        light: float,
+        image: int,
+        scale: float,
+        roughness: float,
+        metal: float,
+        finish_image: int,
+        glass: float,
     ) -> None: ...
     def add_object(
-        self, shape: Shape, color: collections.abc.Sequence[float], light: float, image: int, scale: float
+        self,
+        shape: Shape,
+        color: collections.abc.Sequence[float],
+        light: float,
+        image: int,
+        scale: float,
+        roughness: float,
+        metal: float,
+        finish_image: int,
+        glass: float,
     ) -> None: ...
     def check(self) -> None: ...
     def set_background(self, color: collections.abc.Sequence[float]) -> None: ...
@@ -438,7 +457,9 @@ class Engine:
     def secure(self, first: collections.abc.Callable[..., typing.Any] | None = None) -> None: ...
     def set_clumps(self, arg0: int, arg1: int) -> None: ...
     def set_image_sha256(self, arg0: str) -> None: ...
+    def set_policy(self, arg0: Policy) -> None: ...
     def set_saving(self, saves: bool) -> None: ...
+    def set_speed(self, speed: float) -> None: ...
     def set_sprite(self, system: int, sprite: Sprite) -> None: ...
     def set_unsaved_from(self, frame: int | None) -> None: ...
     def shared_state(self) -> bytes: ...
@@ -531,7 +552,7 @@ def make_policy(
 ) -> Policy: ...
 def mpi_can_survive() -> bool:
     """
-    Whether the core was built for an MPI in which the other ranks can continue when one is lost.
+    Whether the library is one in which the other ranks can continue when one is lost.
     """
 
 def mpi_version() -> str: ...
@@ -568,6 +589,10 @@ def tree_cuts(
     axes: collections.abc.Sequence[int],
     before: numpy.typing.ArrayLike,
 ) -> numpy.typing.NDArray[numpy.float32]: ...
+def use_mpi(module: str, world: int | None) -> str:
+    """
+    Use the MPI library that a loaded module is linked to; return the name of its ABI. `world`: the module's number of COMM_WORLD, once MPI has started.
+    """
 
 most_bins: int = 16777216
 noise_fields: int = 65536

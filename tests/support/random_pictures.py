@@ -20,6 +20,13 @@ SOLIDS = (
     "motes.Solid(Box((-1, -2, -1), (1, -1, 1)), image=LEAF[:, :, :3], scale=0.7)",
     "motes.Mesh([(-1, -1, 0), (1, -1, 0.5), (0, 1, 0)], [(0, 1, 2)])",
     "motes.Solid(WEDGE.at((0.2, 0.1, 0), angle_deg=30, moving_from=WEDGE), image=LEAF[:, :, :3])",
+    "motes.Solid(Sphere((-0.6, 0.2, 1), 0.5), 'gold', roughness=0.3, metal=1)",
+    "motes.Solid(SMOOTH, roughness=0.1, image=LEAF[:, :, :3])",
+    "motes.Solid(BRASS.at((-0.3, 0.2, 0.4), axis=(1, 1, 0), angle_deg=50))",
+    "motes.Solid(Sphere((0.4, 0.3, 1.5), 0.7), glass=1.5)",
+    "motes.Solid(SMOOTH.at((-0.4, 0.2, 1)), 'lightgreen', glass=1.33)",
+    "motes.Solid(Cylinder((0, -1, 1), (0, 1, 1), 0.5, 0.4), glass=1.5)",
+    "motes.Solid(Plane((0, -0.5, 0), (0, 1, 0)), glass=1.33)",
 )
 SKIES = ("motes.Gradient('#89a', 'navy')", "motes.Gradient('orange', 'teal', 'black')", "LEAF[:, :, :3]")
 IMAGES = (
@@ -29,6 +36,7 @@ IMAGES = (
     "LEAF, tiles=(1, 3)",
     "[LEAF, LEAF[::-1]], tiles=(7, 1)",
 )
+MESHES = ("WEDGE", "FLAP", "SMOOTH", "BRASS", "SMOOTH, image=LEAF[:, :, :3]")
 PICKS = ("'random'", "'age'", "ex.column('position')[0] * 3 + ex.time()", "1.625")
 COLORS = ("Uniform((0, 0, 0), (1, 1, 1))", "Uniform((0, 0, 0), (9, 2, 1))", "(1, 0.5, 0.25)", "(9, 1.6, 0.2)")
 HEADER = """\
@@ -44,6 +52,10 @@ LEAF = (np.arange(9 * 7 * 4).reshape(9, 7, 4) * 37 % 256).astype(np.uint8)
 CORNERS = np.array([(-1, -1, -1), (1, -1, -0.5), (0, 1, -1), (0, 0, 1.5)], np.float32)
 WEDGE = motes.Mesh(CORNERS, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 FLAP = motes.Mesh(CORNERS, [(0, 1, 2), (1, 3, 2)])
+PLACED = {"uv": CORNERS[:, :2], "smooth": True}
+SMOOTH = motes.Mesh(CORNERS, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)], **PLACED)
+METAL = Material((0.9, 0.7, 0.4), 0.5, 1, LEAF[:, :, :3], LEAF[::-1, :, 1:])
+BRASS = motes.Mesh(CORNERS, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)], material=METAL, **PLACED)
 
 def shown(picture):
     if not picture:
@@ -67,15 +79,20 @@ def sprite(draw: st.DrawFn) -> str:
         if facts[-1] != "image=LEAF":
             facts.append(f"pick={draw(st.sampled_from(PICKS))}")
     if kind == "mesh":
-        facts.append(f"mesh={draw(st.sampled_from(['WEDGE', 'FLAP']))}")
+        facts.append(f"mesh={draw(st.sampled_from(MESHES))}")
     if kind == "ribbon":
         facts.append(f"width={draw(numbers(0.01, 1))}, length={draw(numbers(0.01, 3))}")
-    if kind in ("image", "mesh"):
-        facts.append(f"facing={draw(st.sampled_from(FACINGS))!r}")
+    facing = draw(st.sampled_from(FACINGS)) if kind in ("image", "mesh") else "camera"
+    if facing != "camera":
+        facts.append(f"facing={facing!r}")
     if draw(st.booleans()):
         facts.append(f"softness={draw(numbers(0, 1))}")
-    if draw(st.booleans()):
+    lit = draw(st.booleans())
+    if lit:
         facts.append("lit=True")
+    card = lit and kind == "image" and facing != "camera"
+    if (card or kind in ("sphere", "mesh")) and draw(st.booleans()):
+        facts.append(f"roughness={draw(numbers(0, 1))}, metal={draw(st.sampled_from([0, 0.5, 1]))}")
     if kind != "ribbon" and draw(st.booleans()):
         facts.append(f"shadow={draw(numbers(0, 1))}")
     return f"motes.Sprite({', '.join(facts)})"

@@ -96,7 +96,7 @@ class Glb:
             wide = np.full((len(rows), stride), 0x55, np.uint8)
             wide[:, : rows.itemsize * rows.shape[1]] = rows.view(np.uint8)
             content = wide.tobytes()
-        width = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}[rows.shape[1]]
+        width = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}[rows.shape[1]]
         view = self.view(content, **({"byteStride": stride} if stride else {}))
         made = {"bufferView": view, "componentType": self.TYPES[kind], "count": len(rows), "type": width}
         self.accessors.append(made | more)

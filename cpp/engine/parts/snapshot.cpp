@@ -98,7 +98,7 @@ void write(const SharedState& state, base::Bytes& out) {
     for (const meshes::AssetKey key : system.history.meshes()) meshes.insert(key);
     std::for_each(system.walls.begin(), system.walls.end(), add);
     if (const std::optional<image::Sprite>& sprite = system.sprite; sprite.has_value()) {
-      meshes.insert(sprite->asset());
+      meshes.insert({sprite->asset(), sprite->picture_on_mesh()});
       const image::Sheet* sheet = sprite->sheet();
       if (sheet != nullptr) std::for_each(sheet->pick.shapes.begin(), sheet->pick.shapes.end(), add);
     }

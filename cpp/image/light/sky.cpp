@@ -123,7 +123,7 @@ SkyLanes sky_lanes(const View& view) {
   put_color(view.sky.horizon, lanes.horizon);
   put_color(view.sky.zenith, lanes.zenith);
   put_color(view.sky.ground, lanes.ground);
-  if (view.sky.kind == Sky::Kind::picture) lanes.picture = texture(view.sky.picture).levels[0];
+  if (view.sky.kind == Sky::Kind::picture) lanes.picture = texture(view.sky.picture);
   return lanes;
 }
 

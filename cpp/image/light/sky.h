@@ -10,7 +10,7 @@ struct SkyLanes {
   Sky::Kind kind = Sky::Kind::none;
   float color[3]{};  // the background, where there is no sky
   float horizon[3]{}, zenith[3]{}, ground[3]{};
-  TextureLevel picture{};
+  Texture picture{};
 };
 
 /// Ambient light on a surface. Of a background of one colour, it is linear in the y component of the surface's normal:

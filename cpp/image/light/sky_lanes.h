@@ -57,6 +57,19 @@ inline Float3 texel_mix(const image::TextureLevel& level, float u, float v, bool
                  between(pixel(column, row + 1), pixel(column + 1, row + 1), right), below);
 }
 
+/// Returns the light of a level of an equirectangular picture. `flat`: length of the horizontal part of `along`.
+inline Floats3 picture_light(const image::TextureLevel& level, Floats3 along, Floats flat, Mask seen) {
+  constexpr float kTurn = 0.15915494309f, kHalfTurn = 0.31830988618f;
+  const Floats u = 0.5f + atan2(along.x, -along.z) * kTurn, v = 0.5f - atan2(along.y, flat) * kHalfTurn;
+  Floats3 light{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (seen[lane] == 0) continue;
+    const float width = static_cast<float>(level.width), height = static_cast<float>(level.height);
+    set_lane(light, lane, texel_mix(level, u[lane] * width, v[lane] * height, false));
+  }
+  return light;
+}
+
 /// Returns the sky's light from directions of any length; only the lanes of `seen` are valid.
 inline Floats3 sky_light(const image::SkyLanes& sky, Floats3 along, Mask seen) {
   if (sky.kind == image::Sky::Kind::none) return all3(sky.color);
@@ -66,15 +79,7 @@ inline Floats3 sky_light(const image::SkyLanes& sky, Floats3 along, Mask seen) {
     return select(height > 0.0f, mix3(sky.horizon, sky.zenith, max(height, Floats{})),
                   mix3(sky.horizon, sky.ground, max(-height, Floats{})));
   }
-  constexpr float kTurn = 0.15915494309f, kHalfTurn = 0.31830988618f;
-  const Floats u = 0.5f + atan2(along.x, -along.z) * kTurn, v = 0.5f - atan2(along.y, flat) * kHalfTurn;
-  Floats3 light{};
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    if (seen[lane] == 0) continue;
-    const float width = static_cast<float>(sky.picture.width), height = static_cast<float>(sky.picture.height);
-    set_lane(light, lane, texel_mix(sky.picture, u[lane] * width, v[lane] * height, false));
-  }
-  return light;
+  return picture_light(sky.picture.levels[0], along, flat, seen);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -1,8 +1,8 @@
 // The light that surfaces of particles send to the eye. Compiled once for each instruction set.
 #pragma once
 
+#include "image/light/finish_lanes.h"
 #include "image/light/lamp_lanes.h"
-#include "image/light/sky_lanes.h"
 #include "image/light/surface_light.h"
 #include "simd/elementary.h"
 
@@ -33,6 +33,35 @@ MOTES_INLINE Floats3 light_on(const image::SurfaceLight& t, const SurfacePoint& 
     light = light + all3(lamp.color) * part;
   }
   return light;
+}
+
+/// Returns what a surface that reflects sends to the eye: the same as a solid.
+MOTES_OUTLINE Sent sent_by(const image::SurfaceLight& t, const SurfacePoint& at) {
+  const Floats3 place = in_world(t, at.place), normal = in_world(t, at.normal);
+  Gleam gleam(finish_lanes(t.finish), normal, place * (-1.0f / sqrt(max(dot(place, place), all(1e-30f)))));
+  Floats3 scattered = ambient_at(t.ambient, normal);
+  const auto add = [&](Floats3 light, Floats3 toward) {
+    scattered = scattered + light;
+    gleam.add(light, toward);
+  };
+  if (t.sun.shines) add(all3(t.sun.color) * max(dot(normal, all3(t.sun.toward)), Floats{}), all3(t.sun.toward));
+  for (std::size_t k = 0; k < t.count; ++k) {
+    const image::Lamp& lamp = t.lamp[k];
+    const Floats3 along = all3(lamp.position) - place;
+    const Floats square = max(dot(along, along), all(1e-6f));
+    Floats part = max(dot(normal, along), Floats{}) / (square * sqrt(square));
+    if (lamp.per_cosine > 0) part *= in_cone(lamp, along, square);
+    add(all3(lamp.color) * part, along);
+  }
+  gleam.add_sky(t.sky, t.ambient, first_lanes(kLanes));
+  return gleam.sent(scattered);
+}
+
+/// Returns the light of a surface of this colour, without fog.
+MOTES_INLINE Floats3 light_of_surface(const image::SurfaceLight& t, const SurfacePoint& at, Floats3 color) {
+  if (t.finish.reflects()) return of_color(sent_by(t, at), color);
+  const Floats3 arriving = light_on(t, at);
+  return {color.x * arriving.x, color.y * arriving.y, color.z * arriving.z};
 }
 
 /// Returns what remains of light on its way to the eye, and the fog in between.

@@ -12,9 +12,11 @@ namespace motes::image {
 
 /// Positions are metres from the camera's eye along the world's axes; surfaces are given in the camera's axes.
 struct SurfaceLight {
-  bool lit = false;  // false: only the fog applies
+  bool lit = false;  // by the sun, lamps and the sky; false: only as Daylight says
   float right[3], up[3], back[3];  // axes of the camera
   Ambient ambient;
+  SkyLanes sky;
+  Finish finish;
   Sun sun;
   std::vector<Lamp> lamps;
   const Lamp* lamp = nullptr;  // lamps.data()

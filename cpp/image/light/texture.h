@@ -15,8 +15,8 @@ struct TextureLevel {
 
 /// The levels of a picture, as kernels read them: plain pointers into memory that stays valid until the process ends.
 struct Texture {
-  const TextureLevel* levels;  // each about half the size of the one before, down to one pixel
-  int count;
+  const TextureLevel* levels = nullptr;  // each about half the size of the one before, down to one pixel
+  int count = 0;
 };
 
 /// Returns the levels of a picture, computed at first use. Thread-safe. Throws std::invalid_argument if this process

@@ -195,7 +195,7 @@ Sprite sprite_of_records(const Sprite& sprite, const View& view) {
   Sprite sent = painted(sprite);
   const bool blurred = view.camera.aperture > 0;
   const bool widened = blurred && sprite.blend != Sprite::Blend::opaque;
-  if (drawn_as_point(sprite)) sent.look = widened ? Sprite::Kind::disc : Sprite::Kind::point;
+  if (drawn_as_point(sprite)) sent.look = widened ? Sprite::Kind::disc : Sprite::Kind::point, sent.finish = {};
   if (drawn_as_point(sent)) sent.pixels = 1;
   if (blurred) sent.pixels = 0, sent.of_height = 0;
   return sent;

@@ -213,9 +213,18 @@ PictureSplat splat_of(const ImageSprite& image, const View&) { return picture_sp
 CardSplat splat_of(const CardSprite& card, const View& view) { return {space_splat(view), picture_splat(card.sheet)}; }
 MeshSplat splat_of(const MeshSprite& sprite, const View& view) {
   const MeshCorners& mesh = mesh_corners(sprite.mesh);
-  const float* colors = mesh.colors.empty() ? nullptr : mesh.colors.data();
-  return {space_splat(view), surface_splat(view), mesh.planes.data(), colors,
-          mesh.triangles,    mesh.room,           mesh.closed,        reach_of_mesh(sprite.mesh)};
+  const auto planes = [](const std::vector<float>& of) { return of.empty() ? nullptr : of.data(); };
+  return {space_splat(view),
+          surface_splat(view),
+          mesh.planes.data(),
+          planes(mesh.colors),
+          planes(mesh.normals),
+          planes(mesh.uv),
+          sprite.picture == 0 ? Texture{} : texture(sprite.picture),
+          mesh.triangles,
+          mesh.room,
+          mesh.closed,
+          reach_of_mesh(sprite.mesh)};
 }
 SpaceSplat splat_of(const RibbonSprite&, const View& view) { return space_splat(view); }
 

@@ -101,10 +101,7 @@ struct Picture {
     const SurfacePoint at = self().point(x, y);
     Floats3 color{to_floats(t.channel[0]) * per * own.x, to_floats(t.channel[1]) * per * own.y,
                   to_floats(t.channel[2]) * per * own.z};
-    if (light->lit) {
-      const Floats3 arriving = light_on(*light, at);
-      color = {color.x * arriving.x, color.y * arriving.y, color.z * arriving.z};
-    }
+    if (light->lit) color = light_of_surface(*light, at, color);
     return through_fog(*light, color, at.place);
   }
 

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "image/light/surface_lanes.h"
+#include "image/light/texture_lanes.h"
 #include "image/mesh_facets.h"
 #include "image/raster/wide_sprite.h"
 
@@ -109,7 +110,7 @@ struct MeshOf {
   MOTES_INLINE bool lit() const { return kColored && task.light != nullptr; }
 
   static constexpr int kChannels = kColored ? 3 : 1;
-  static constexpr float kSmall = 3;  // greatest width and height of a small triangle, px
+  static constexpr float kSmall = 3, kSmallRound = 1;  // greatest width and height of a small triangle, flat or not, px
   static constexpr int kMostSteps = 32, kMany = 8;
   static constexpr float kPixel = 1.0f / (1 << image::kWideBits);
   static constexpr float kFarthest = 32768;  // greatest distance of a corner from the tile, px
@@ -188,22 +189,51 @@ struct MeshOf {
   MOTES_INLINE Float3 shown_at(const TintedFacet& f, float right, float down) const {
     Float3 passes[2] = {f.passes[0], f.passes[1]};
     if (!f.small) set_passing(f, right, down, passes);
+    if (mesh.picture.count != 0) {
+      const Float3 picture = light_on_mesh(*f.level, f.uv, parts_at(f, right, down));
+      passes[0] = {passes[0].x * picture.x, passes[0].y * picture.y, passes[0].z * picture.z};
+    }
     return {own.x[0] * tint_at(f, 0, right, down) * passes[0].x + passes[1].x,
             own.y[0] * tint_at(f, 1, right, down) * passes[0].y + passes[1].y,
             own.z[0] * tint_at(f, 2, right, down) * passes[0].z + passes[1].z};
   }
-  MOTES_OUTLINE void set_passing(const TintedFacet& f, float right, float down, Float3 (&passes)[2]) const {
+  /// Returns the place of a point relative to a triangle's first corner, px, in metres from the eye.
+  MOTES_INLINE Float3 place_on(const Facet& f, float right, float down) const {
     constexpr float kUnit = 1.0f / (1 << image::kWideBits);
     const float depth = 1 / inverse_at(f, right, down), per = depth / mesh.focal;
     const float x = (static_cast<float>(f.x[0]) + static_cast<float>(task.origin_x)) * kUnit + right;
     const float y = (static_cast<float>(f.y[0]) + static_cast<float>(task.origin_y)) * kUnit + down;
-    const Floats3 place{all(x * per), all(-y * per), all(-depth)};
+    return {x * per, -y * per, -depth};
+  }
+  /// Returns the unit normal of the visible side there: that of the triangle, or of its corners.
+  MOTES_INLINE Float3 normal_on(const TintedFacet& f, float right, float down) const {
+    if (mesh.normals == nullptr) return f.normal;
+    const Float3 parts = parts_at(f, right, down);
+    Float3 sum{};
+    const float part[3] = {parts.x, parts.y, parts.z};
+    for (int k = 0; k < 3; ++k) {
+      sum = {sum.x + f.normals[k].x * part[k], sum.y + f.normals[k].y * part[k], sum.z + f.normals[k].z * part[k]};
+    }
+    const float square = dot(sum, sum);
+    if (!(square > 1e-12f)) return f.normal;
+    return times(sum, (dot(sum, f.normal) < 0 ? -1.0f : 1.0f) / __builtin_sqrtf(square));
+  }
+  MOTES_OUTLINE void set_passing(const TintedFacet& f, float right, float down, Float3 (&passes)[2]) const {
+    const Floats3 place = all3(place_on(f, right, down)), normal = all3(normal_on(f, right, down));
     const image::SurfaceLight& light = *task.light;
-    const Floats grey = all(f.shade);
-    const Floats3 arriving = light.lit ? light_on(light, {place, all3(f.normal)}) : Floats3{grey, grey, grey};
-    const Floats3 fog = through_fog(light, Floats3{}, place), through = through_fog(light, arriving, place) - fog;
+    Sent sent{};
+    if (light.finish.reflects()) {
+      sent = sent_by(light, {place, normal});
+    } else if (light.lit) {
+      sent.on_color = light_on(light, {place, normal});
+    } else {
+      const Floats grey = mesh.normals == nullptr ? all(f.shade) : shade(normal);
+      sent.on_color = {grey, grey, grey};
+    }
+    const Floats3 fog = through_fog(light, Floats3{}, place), through = through_fog(light, sent.on_color, place) - fog;
+    const Floats3 added = light.finish.reflects() ? through_fog(light, sent.clear, place) : fog;
     passes[0] = {through.x[0], through.y[0], through.z[0]};
-    passes[1] = {fog.x[0], fog.y[0], fog.z[0]};
+    passes[1] = {added.x[0], added.y[0], added.z[0]};
   }
 
   MOTES_INLINE Shift way_at(const image::Moment& m) const {
@@ -314,7 +344,7 @@ struct MeshOf {
 
   /// A corner of a vector of triangles.
   struct Corner {
-    Floats x, y;     // px from the centre of the tile's first pixel
+    Floats x, y;  // px from the centre of the tile's first pixel
     Floats inverse;  // 1/depth
     Mask in_front;
   };
@@ -379,6 +409,7 @@ struct MeshOf {
         f.shade = shades[lane];
         if constexpr (kColored) {
           if (mesh.colors != nullptr) set_tints(c, lane, at + lane, f);
+          if (mesh.normals != nullptr || mesh.picture.count != 0) set_corners(p, c, lane, at + lane, f);
           if (lit())
             set_light(right[lane] - left[lane], below[lane] - above[lane],
                       {normal.x[lane] * side[lane], normal.y[lane] * side[lane], normal.z[lane] * side[lane]}, f);
@@ -388,14 +419,46 @@ struct MeshOf {
     }
   }
 
+  /// Prepares what a triangle's corners have, besides colours. The visible side must be known.
+  MOTES_OUTLINE void set_corners(const CameraPose& p, const Corner (&c)[3], std::size_t lane, std::size_t triangle,
+                                 TintedFacet& f) const {
+    const int order[3] = {0, f.swapped ? 2 : 1, f.swapped ? 1 : 2};
+    const auto value = [&](const float* planes, int plane) {
+      return planes[static_cast<std::size_t>(plane * mesh.room) + triangle];
+    };
+    const auto turned_by = [&](const float* planes, int first) {
+      const float x = value(planes, first), y = value(planes, first + 1), z = value(planes, first + 2);
+      return Float3{p.right.x * x + p.up.x * y + p.front.x * z, p.right.y * x + p.up.y * y + p.front.y * z,
+                    p.right.z * x + p.up.z * y + p.front.z * z};
+    };
+    for (int k = 0; k < 3; ++k) {
+      f.inverses[k] = c[order[k]].inverse[lane];
+      if (mesh.normals != nullptr) f.normals[k] = turned_by(mesh.normals, 3 * order[k]);
+      if (mesh.picture.count == 0) continue;
+      f.uv[2 * k] = value(mesh.uv, 2 * order[k]);
+      f.uv[2 * k + 1] = value(mesh.uv, 2 * order[k] + 1);
+    }
+    if (mesh.picture.count == 0) return;
+    const Float3 first = turned_by(mesh.corners, 0);
+    const Float3 twice = cross(minus(turned_by(mesh.corners, 3), first), minus(turned_by(mesh.corners, 6), first));
+    const Float3 place = place_on(f, third(f.x), third(f.y)), normal = turned_by(mesh.corners, 9);
+    const float straight = size_of(dot(normal, place)) / __builtin_sqrtf(dot(place, place));
+    const float footprint = -place.z / (mesh.focal * (straight > 0.05f ? straight : 0.05f));
+    const float area = __builtin_sqrtf(dot(twice, twice)) * p.scale * p.scale;
+    f.level = mesh.picture.levels + level_on_mesh(mesh.picture, f.uv, area, footprint);
+  }
+
+  /// Returns the distance from a triangle's first corner to its centre along an axis, px.
+  static MOTES_INLINE float third(const std::int64_t (&v)[3]) {
+    return static_cast<float>(v[1] + v[2] - 2 * v[0]) * (kPixel / 3);
+  }
+
   /// Prepares the light of a triangle: `wide` and `high` px large.
   MOTES_INLINE void set_light(float wide, float high, Float3 normal, TintedFacet& f) const {
     f.normal = normal;
-    f.small = wide <= kSmall && high <= kSmall;
+    const float most = mesh.normals == nullptr ? kSmall : kSmallRound;
+    f.small = wide <= most && high <= most;
     if (!f.small) return;
-    const auto third = [](const std::int64_t (&v)[3]) {
-      return static_cast<float>(v[1] + v[2] - 2 * v[0]) * (kPixel / 3);
-    };
     set_passing(f, third(f.x), third(f.y), f.passes);
   }
 

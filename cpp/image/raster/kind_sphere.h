@@ -204,14 +204,8 @@ struct LitSphere : Sphere {
     const Floats3 out = aside - ray * ahead;
     const Floats3 normal = out * (1.0f / sqrt(max(dot(out, out), all(1e-30f))));
     const Floats3 place = all3(middle) * depth + normal * radius;
-    Floats3 arriving;
-    if (light.lit) {
-      arriving = light_on(light, {place, normal});
-    } else {
-      const Floats grey = shade(along, across);
-      arriving = {grey, grey, grey};
-    }
-    return through_fog(light, {own.x * arriving.x, own.y * arriving.y, own.z * arriving.z}, place);
+    if (light.lit) return through_fog(light, light_of_surface(light, {place, normal}, own), place);
+    return through_fog(light, own * shade(along, across), place);
   }
 
   /// Returns the covered part of pixels, and in `light` that of the sphere there, at most white.

@@ -8,6 +8,7 @@
 #include "image/layout.h"
 #include "image/light/image_levels.h"
 #include "image/light/surface_light.h"
+#include "image/light/texture.h"
 #include "image/raster/stamps.h"
 
 namespace motes::image {
@@ -92,7 +93,8 @@ struct CardSplat : SpaceSplat {
 
 struct MeshSplat : SpaceSplat {
   SurfaceSplat surface;
-  const float *corners, *colors;  // see MeshCorners; null: they have no colours
+  const float *corners, *colors, *normals, *uv;  // see MeshCorners; null: they have none
+  Texture picture;  // on the mesh, at `uv`; no levels: none
   int triangles, room;
   bool closed;
   float reach;  // from its origin, m

@@ -41,6 +41,7 @@ struct CastView {
   float pixel;               // side of a pixel at a view depth of 1 m
   float near;
   bool colored;  // any mesh of the scene has colours, normals, or places on a picture
+  bool glass;    // some of it may be visible; it is not among the solids
 
   /// Returns whether surfaces include the numbers of a mesh's triangles.
   bool keeps_triangles() const { return colored; }
@@ -79,6 +80,9 @@ struct Material {
   const float* colors;    // of the corners, which multiply `color`: see Bvh; null: none
   const float* uv;        // places of the corners on the image; null: it is projected along the mesh's axes
   const float* normals;   // of the corners, interpolated for light; null: the triangles are flat
+  Finish finish;
+  const Texture* finish_image;  // see Solid; null: none
+  float glass;                  // index of refraction; 0: opaque
 };
 
 struct ShadeView {
@@ -93,6 +97,10 @@ struct ShadeView {
   Ambient ambient;
   bool has_images;  // any material has an image
   bool bare;  // what is met is black
+  bool reflects;  // any material's finish does
+  // What rays meet behind glass, and the glass. If there is any, the solids before lights are all that cast shadows.
+  const CastSolid *opaque, *glass;
+  std::size_t opaque_count, glass_count;
   ShadowMap sun_shadow;  // of particles
   float eye[3];  // position in the world, m
   float fog[3], fog_density;  // 1/m; 0: distant objects fade into the sky
@@ -103,7 +111,9 @@ struct ShadeView {
 /// The light of rays, and the lights that do not reach the surface; one value per ray.
 struct Shades {
   float* light[3];  // linear RGB
-  std::uint32_t* shadows;  // one bit per light; some share a bit if there are more than 30
+  /// One bit per light; some share a bit if there are more than 30. Of glass, a number that differs where another
+  /// surface is seen.
+  std::uint32_t* shadows;
 };
 
 /// The bounding box of the surfaces that were met; low > high if there are none.

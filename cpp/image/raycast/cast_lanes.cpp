@@ -1,15 +1,10 @@
 // Finds the surfaces that rays meet, and the light that they send to the eye.
 #include "image/raycast/cast.h"
 
-#include "image/daylight_parts.h"
 #include "image/grid.h"
-#include "image/light/lamp_lanes.h"
 #include "image/light/particle_lanes.h"
-#include "image/light/shadow_lanes.h"
-#include "image/light/sky_lanes.h"
 #include "image/project/screen_lanes.h"
-#include "image/raycast/cast_solids.h"
-#include "image/raycast/cast_textures.h"
+#include "image/raycast/cast_glass.h"
 #include "image/tile_planes.h"
 #include "simd/squeeze.h"
 
@@ -23,10 +18,6 @@ using image::CastView;
 constexpr float kBiasPixels = 3;  // how far a resting particle's disc reaches below its centre
 constexpr float kLeastBias = 1.0f / 4096;
 constexpr float kMostBias = 1.0f / 50;
-
-// Light on a surface that faces its source.
-constexpr auto kSky = static_cast<float>(image::kSky);
-constexpr auto kBounce = static_cast<float>(image::kBounce), kTint = static_cast<float>(image::kTint);
 
 constexpr float kCrease = 0.85f;  // an edge is smoothed if the cosine of the angle between normals is below this
 
@@ -107,239 +98,6 @@ void measure(const CastView& view, const float* x, const float* y, std::size_t c
   }
 }
 
-// Returns which rays meet an object before they reach a light. Shapes cast no shadow on themselves: their outer
-// surfaces are convex, so a point facing the light is lit. (From inside, a box is a room without a ceiling, and a pipe
-// lets light in.)
-Mask in_shadow(const CastSolid* solids, std::size_t count, const Rays& rays, Floats far, Ints object, Mask open) {
-  Mask dark{};
-  for (const CastSolid* solid = solids; solid != solids + count; ++solid) {
-    Mask here = open & ~dark;
-    if (solid->nodes == nullptr) here &= object != static_cast<std::int32_t>(solid->number);
-    if (!any(here)) continue;
-    dark |= here & blocked(*solid, rays, Floats{}, far, here);
-  }
-  return dark;
-}
-
-// Returns the part of a light with a size that is visible from surfaces. `rays_to(k)` returns the rays to its k-th
-// sample point. If the first kFirst points agree, the others are not tested.
-template <class RaysTo>
-MOTES_INLINE Floats part_in_sight(const CastSolid* solids, std::size_t count, Floats far, Ints object, Mask open,
-                                  const RaysTo& rays_to) {
-  constexpr int kFirst = image::LightPlaces::kFirst, kAll = image::LightPlaces::kAll;
-  if (count == 0) return all(1.0f);
-  Ints dark{};
-  for (int k = 0; k < kFirst; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, open);
-  const Mask mixed = open & (dark > 0) & (dark < kFirst);
-  if (!any(mixed)) return only(dark == 0, all(1.0f));
-  for (int k = kFirst; k < kAll; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, mixed);
-  return select(mixed, 1.0f - to_floats(dark) * (1.0f / kAll), only(dark == 0, all(1.0f)));
-}
-
-// Loads the materials of objects, one per lane; mostly they are all the same.
-MOTES_INLINE void load_materials(const image::Material* materials, Ints object, Mask seen, Floats3& color,
-                                 Floats& emitted) {
-  std::size_t first = 0;
-  while (first + 1 < kLanes && seen[first] == 0) ++first;
-  const Ints one = Ints{} + object[first];
-  if (!any(seen & (object != one))) {
-    const image::Material& material = materials[object[first]];
-    color = all3(material.color);
-    emitted = all(material.emitted);
-    return;
-  }
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const image::Material& material = materials[seen[i] != 0 ? object[i] : object[first]];
-    color.x[i] = material.color[0];
-    color.y[i] = material.color[1];
-    color.z[i] = material.color[2];
-    emitted[i] = material.emitted;
-  }
-}
-
-// Visible surfaces, and the light found on them so far.
-struct Shading {
-  Floats3 point, normal;
-  Floats offset;  // distance from the surface at which rays to lights start, so that they do not meet it
-  Ints object;
-  Mask seen;
-  Floats3 arriving;
-  Ints shadows;
-};
-
-MOTES_INLINE bool has_size(const image::ShadeView& view) {
-  return view.sun_right[0] != 0 || view.sun_right[1] != 0 || view.sun_right[2] != 0;
-}
-
-MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, const Shading& at, Mask open) {
-  return part_in_sight(view.cast.solids, view.cast.count, all(__FLT_MAX__), at.object, open, [&](int k) {
-    return Rays{
-        from, all3(view.sun.toward) + all3(view.sun_right) * view.places->x[k] + all3(view.sun_up) * view.places->y[k]};
-  });
-}
-
-MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
-  const Floats3 sun = all3(view.sun.toward);
-  const Floats facing = dot(at.normal, sun);
-  const Mask open = at.seen & (facing > 0.0f);
-  if (!any(open)) return;
-  const Rays rays{at.point + at.normal * at.offset, sun};
-  Mask dark{};
-  Floats light{};
-  if (has_size(view)) {
-    const Floats part = sun_in_sight(view, rays.from, at, open);
-    dark = open & (part < 0.5f);
-    light = only(open, facing * part);
-  } else {
-    dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
-    light = only(open & ~dark, facing);
-  }
-  if (view.sun_shadow.left != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
-  at.arriving = at.arriving + all3(view.sun.color) * light;
-  at.shadows |= dark & 1;
-}
-
-// Returns the part of a lamp that is visible from a surface. The lamp is a disc that faces the surface.
-MOTES_INLINE Floats part_of_lamp(const image::CastLight& light, const image::LightPlaces& places, Floats3 from,
-                                 const Shading& at, Mask open) {
-  const Floats3 way = all3(light.position) - from;
-  const Mask upright = abs(way.y) * abs(way.y) > dot(way, way) * 0.8f;
-  const Floats3 axis{only(upright, all(1.0f)), only(~upright, all(1.0f)), Floats{}};
-  const Floats3 across = unit(cross(way, axis)), upward = unit(cross(across, way));
-  return part_in_sight(light.solids, light.count, all(1), at.object, open, [&](int k) {
-    return Rays{from, way + across * (places.x[k] * light.radius) + upward * (places.y[k] * light.radius)};
-  });
-}
-
-MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPlaces& places, Ints bit, Shading& at) {
-  const Floats3 position = all3(light.position);
-  const Floats3 along = position - at.point;
-  const Floats facing = dot(at.normal, along);
-  const Mask open = at.seen & (facing > 0.0f);
-  if (!any(open)) return;
-  const Floats3 from = at.point + at.normal * at.offset;
-  const Floats square = max(dot(along, along), all(1e-6f));
-  Mask dark;
-  Floats part;
-  if (light.radius > 0) {
-    const Floats seen = part_of_lamp(light, places, from, at, open);
-    dark = open & (seen < 0.5f);
-    part = only(open, seen * facing / (square * sqrt(square)));
-  } else {
-    dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
-    part = only(open & ~dark, facing / (square * sqrt(square)));
-  }
-  if (light.per_cosine > 0) part *= in_cone(light, along, square);
-  if (light.shadow.left != nullptr) part *= light_through(light.shadow, at.point, Floats{});
-  at.arriving = at.arriving + all3(light.color) * part;
-  at.shadows |= dark & bit;
-}
-
-MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats3 normal) {
-  if (view.sky.kind == image::Sky::Kind::none) {
-    const Floats3 background = all3(view.sky.color);
-    const Floats up = 0.5f + 0.5f * normal.y;
-    return {kBounce + (kSky - kBounce + kTint * background.x) * up,
-            kBounce + (kSky - kBounce + kTint * background.y) * up,
-            kBounce + (kSky - kBounce + kTint * background.z) * up};
-  }
-  return ambient_at(view.ambient, normal);
-}
-
-// Multiplies colours by those of the objects' images.
-__attribute__((noinline)) void add_images(const image::ShadeView& view, const Shading& at, const Ints* triangle,
-                                          Floats distance, Floats3 along, Floats3& color) {
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    if (at.seen[lane] == 0) continue;
-    const image::Material& material = view.materials[at.object[lane]];
-    if (material.image == nullptr) continue;
-    Float3 place{at.point.x[lane] + view.eye[0], at.point.y[lane] + view.eye[1], at.point.z[lane] + view.eye[2]};
-    Float3 normal{at.normal.x[lane], at.normal.y[lane], at.normal.z[lane]};
-    const Float3 way{along.x[lane], along.y[lane], along.z[lane]};
-    const float straight = __builtin_fabsf(dot(normal, way)) / __builtin_sqrtf(dot(way, way));
-    const float footprint = distance[lane] * view.cast.pixel / (straight > 0.05f ? straight : 0.05f);
-    if (material.mesh != nullptr) {
-      place = lane_of(into_mesh(*material.mesh, at.point) + all3(material.mesh->value), lane);
-      normal = lane_of(into_mesh(*material.mesh, at.normal), lane);
-    }
-    Float3 light;
-    if (material.uv != nullptr) {
-      const auto number = static_cast<std::size_t>((*triangle)[lane]);
-      light = image_on_mesh(material, number, parts_of(material.mesh->triangles[number], place), footprint);
-    } else {
-      light = image_light(material, place, normal, footprint);
-    }
-    set_lane(color, lane, {color.x[lane] * light.x, color.y[lane] * light.y, color.z[lane] * light.z});
-  }
-}
-
-// Multiplies colours by those of meshes, interpolated linearly between the corners of the visible triangle.
-__attribute__((noinline)) void add_mesh_colors(const image::ShadeView& view, const Shading& at, Ints triangle,
-                                               Floats3& color) {
-  Floats3 place{}, normal{}, corner[3]{}, tint[3]{};
-  Mask tinted{};
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    if (at.seen[lane] == 0) continue;
-    const image::Material& material = view.materials[at.object[lane]];
-    if (material.colors == nullptr) continue;
-    tinted[lane] = -1;
-    const Floats3 here = into_mesh(*material.mesh, at.point) + all3(material.mesh->value);
-    set_lane(place, lane, {here.x[lane], here.y[lane], here.z[lane]});
-    const auto number = static_cast<std::size_t>(triangle[lane]);
-    const meshes::BvhTriangle& seen = material.mesh->triangles[number];
-    set_lane(normal, lane, {seen.normal[0], seen.normal[1], seen.normal[2]});
-    for (int k = 0; k < 3; ++k) {
-      const float* own = material.colors + 9 * number + static_cast<std::size_t>(3 * k);
-      set_lane(corner[k], lane, {seen.corner[k][0], seen.corner[k][1], seen.corner[k][2]});
-      set_lane(tint[k], lane, {own[0], own[1], own[2]});
-    }
-  }
-  if (!any(tinted)) return;
-  Floats part[3], all_parts{};
-  for (int k = 0; k < 3; ++k) {
-    const Floats3 one = corner[(k + 1) % 3] - place, other = corner[(k + 2) % 3] - place;
-    part[k] = max(dot(normal, cross(one, other)), Floats{});
-    all_parts += part[k];
-  }
-  const Floats per = 1.0f / max(all_parts, all(1e-37f));
-  const Floats3 mixed = (tint[0] * part[0] + tint[1] * part[1] + tint[2] * part[2]) * per;
-  color = select(tinted, Floats3{color.x * mixed.x, color.y * mixed.y, color.z * mixed.z}, color);
-}
-
-// Replaces the normals of meshes that have normals at their corners.
-__attribute__((noinline)) void smooth_normals(const image::ShadeView& view, Ints triangle, Shading& at) {
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    if (at.seen[lane] == 0) continue;
-    const image::Material& material = view.materials[at.object[lane]];
-    if (material.normals == nullptr) continue;
-    const auto number = static_cast<std::size_t>(triangle[lane]);
-    const Float3 place = lane_of(into_mesh(*material.mesh, at.point) + all3(material.mesh->value), lane);
-    const Float3 parts = parts_of(material.mesh->triangles[number], place);
-    const Float3 own{mixed(material.normals, number, 3, 0, parts), mixed(material.normals, number, 3, 1, parts),
-                     mixed(material.normals, number, 3, 2, parts)};
-    const float square = dot(own, own);
-    if (!(square > 1e-12f)) continue;
-    Float3 normal = lane_of(out_of_mesh(*material.mesh, all3(own)) * all(1 / __builtin_sqrtf(square)), lane);
-    const Float3 flat = lane_of(at.normal, lane);
-    if (dot(normal, flat) < 0) normal = times(normal, -1);
-    set_lane(at.normal, lane, normal);
-  }
-}
-
-// Applies the view's fog to light; without fog, fades distant objects into the sky.
-MOTES_INLINE Floats3 through_air(const image::ShadeView& view, Floats3 light, Floats distance, Floats3 along,
-                                 Floats3 background) {
-  const Floats square = min(distance * distance * dot(along, along), all(1e37f));  // infinite on a horizon
-  if (view.fog_density > 0) {
-    const Floats clear = exp(-min(sqrt(square) * view.fog_density, all(80.0f)));
-    return light * clear + all3(view.fog) * (1.0f - clear);
-  }
-  const Floats fog = square / (square + view.fog_square);
-  const Floats clear = 1.0f - fog;
-  return {light.x * clear + background.x * fog, light.y * clear + background.y * fog,
-          light.z * clear + background.z * fog};
-}
-
 void shade(const image::ShadeView& view, const float* x, const float* y, std::size_t count, const image::Surfaces& from,
            const image::Shades& to) {
   const bool plain = view.sky.kind == image::Sky::Kind::none;
@@ -354,34 +112,26 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
       continue;
     }
     if (!plain) background = sky_light(view.sky, directions(view.cast, x + i, y + i), first_lanes(count - i));
-    if (!any(at.seen)) {
+    if (!any(at.seen) && view.glass_count == 0) {
       store3(to.light, i, background);
       store_uints(to.shadows + i, Uints{});
       continue;
     }
     const Floats3 along = directions(view.cast, x + i, y + i);
-    const Floats distance = only(at.seen, load(from.distance + i));
+    const Floats found = load(from.distance + i), distance = only(at.seen, found);
     at.point = along * distance;
     at.normal = load3(from.normal, i);
     at.offset = distance * 2e-5f + view.grain;
     at.object = (Ints)(((Uints)surface - 1u) >> 2);
-    if (view.cast.colored) smooth_normals(view, load_ints(from.triangle + i), at);
-    at.arriving = ambient_light(view, at.normal);
-    if (view.sun.shines) add_sun(view, at);
-    for (std::size_t light = 0; light < view.light_count; ++light) {
-      add_light(view.lights[light], *view.places, Ints{} + (2 << (light % 30)), at);
+    const Ints triangle = view.cast.colored ? load_ints(from.triangle + i) : Ints{};
+    Floats3 light = background;
+    if (any(at.seen)) {
+      const Floats3 shown = light_sent(view, {along, distance, triangle}, at);
+      light = select(at.seen, through_air(view, shown, distance, along, background), background);
     }
-    Floats3 color;
-    Floats emitted;
-    load_materials(view.materials, at.object, at.seen, color, emitted);
-    Ints triangle{};
-    if (view.cast.colored) triangle = load_ints(from.triangle + i);
-    if (view.has_images) add_images(view, at, &triangle, distance, along, color);
-    if (view.cast.colored) add_mesh_colors(view, at, triangle, color);
-    const Floats3 shown{color.x * (at.arriving.x + emitted), color.y * (at.arriving.y + emitted),
-                        color.z * (at.arriving.z + emitted)};
-    const Floats3 light = through_air(view, shown, distance, along, background);
-    store3(to.light, i, select(at.seen, light, background));
+    if (view.glass_count != 0)
+      add_glass(view, {along, found, triangle}, first_lanes(count - i), background, light, at.shadows);
+    store3(to.light, i, light);
     store_uints(to.shadows + i, (Uints)at.shadows);
   }
 }

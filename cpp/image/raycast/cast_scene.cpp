@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "base/vectors.h"
@@ -186,12 +187,15 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
     : view_(view), lens_(lens(view)), sunny_(sun_of(view).shines), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}),
       sun_spread_(tangent(double{view.sun_size} * (std::numbers::pi / 360))) {
   for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
-  for (const CastSolid& solid : solids_) {
-    Material& material = materials_[solid.number];
-    if (solid.nodes == nullptr) continue;
-    const bool corners = material.colors != nullptr || material.uv != nullptr || material.normals != nullptr;
-    if (corners || material.image != nullptr) material.mesh = &solid;
-    cast_.colored |= corners;
+  for (const std::vector<CastSolid>* all : {&solids_, &glass_}) {
+    for (const CastSolid& solid : *all) {
+      Material& material = materials_[solid.number];
+      if (solid.nodes == nullptr) continue;
+      const bool corners = material.colors != nullptr || material.uv != nullptr || material.normals != nullptr;
+      const bool pictured = material.image != nullptr || material.finish_image != nullptr;
+      if (corners || pictured) material.mesh = &solid;
+      cast_.colored |= corners;
+    }
   }
   put(lens_.right, cast_.right);
   put(lens_.up, cast_.up);
@@ -212,6 +216,8 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
   shade_.ambient = ambient(view);
   shade_.bare = view.bare;
   shade_.has_images = std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.image; });
+  shade_.reflects =
+      std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.finish.reflects(); });
   shade_.sun_shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_sun());
   put(lens_.eye, shade_.eye);
   std::copy(view.fog.color.begin(), view.fog.color.end(), shade_.fog);
@@ -231,14 +237,16 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
 }
 
 void CastScene::add(const Solid& solid, std::uint32_t number) {
-  materials_.push_back({{solid.color[0], solid.color[1], solid.color[2]},
-                        solid.light,
-                        solid.image == 0 ? nullptr : &texture(solid.image),
-                        solid.scale,
-                        nullptr,
-                        nullptr,
-                        nullptr,
-                        nullptr});
+  Material material{};
+  std::copy(solid.color.begin(), solid.color.end(), material.color);
+  material.emitted = solid.light;
+  material.image = solid.image == 0 ? nullptr : &texture(solid.image);
+  material.scale = solid.scale;
+  material.finish = solid.finish;
+  material.glass = solid.glass;
+  material.finish_image = solid.finish_image == 0 ? nullptr : &texture(solid.finish_image);
+  const bool pictured = material.image != nullptr || material.finish_image != nullptr;
+  materials_.push_back(material);
   CastSolid prepared{};
   prepared.number = number;
   Ball ball{};
@@ -247,7 +255,7 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
     if (tree->nodes.empty()) return;
     trees_.push_back(tree);
     if (!tree->colors.empty()) materials_.back().colors = tree->colors.data();
-    if (!tree->uv.empty() && solid.image != 0) materials_.back().uv = tree->uv.data();
+    if (!tree->uv.empty() && pictured) materials_.back().uv = tree->uv.data();
     if (!tree->normals.empty()) materials_.back().normals = tree->normals.data();
     ball = prepare_mesh(placement_of(solid.shape), *tree, lens_.eye, prepared);
   } else {
@@ -256,6 +264,11 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
     ball = bounds(solid.shape);
   }
   ball.center = ball.center - lens_.eye;
+  if (solid.glass > 0) {
+    glass_.push_back(prepared);
+    glass_bounds_.push_back(bounds_on_screen(ball));
+    return;
+  }
   solids_.push_back(prepared);
   balls_.push_back(ball);
   bounds_.push_back(bounds_on_screen(ball));
@@ -280,21 +293,24 @@ CastScene::Bounds CastScene::bounds_on_screen(const Ball& ball) const {
 
 const CastView& CastScene::aim(double left, double top, double right, double bottom) {
   const Bounds part{across(left), upward(top), across(right), upward(bottom)};
+  const auto visible = [&](const Bounds& b) {
+    return b.left <= part.right && b.right >= part.left && b.bottom <= part.top && b.top >= part.bottom;
+  };
   seen_.clear();
   for (std::size_t i = 0; i < solids_.size(); ++i) {
-    const Bounds& b = bounds_[i];
-    if (b.left <= part.right && b.right >= part.left && b.bottom <= part.top && b.top >= part.bottom) {
-      seen_.push_back(solids_[i]);
-    }
+    if (visible(bounds_[i])) seen_.push_back(solids_[i]);
   }
+  cast_.glass = std::any_of(glass_bounds_.begin(), glass_bounds_.end(), visible);
   cast_.solids = seen_.data();
   cast_.count = seen_.size();
   return cast_;
 }
 
-// Objects that emit light cast no shadow, so a light may stand inside a lamp.
+// Objects that emit light cast no shadow, so a light may stand inside a lamp. Glass casts none either.
 const ShadeView& CastScene::light(const Reach& reach) {
-  const Ball ball = ball_around(reach);
+  constexpr float kFar = std::numeric_limits<float>::max();
+  // Through glass, any surface may be seen.
+  const Ball ball = ball_around(glass_.empty() ? reach : Reach{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}});
   const auto collect = [&](const Vector& direction, double far, double wide, double per_metre,
                            std::vector<CastSolid>& to) {
     to.clear();
@@ -313,6 +329,10 @@ const ShadeView& CastScene::light(const Reach& reach) {
     lights_[i].solids = before_lights_[i].data();
     lights_[i].count = before_lights_[i].size();
   }
+  shade_.opaque = solids_.data();
+  shade_.opaque_count = solids_.size();
+  shade_.glass = glass_.data();
+  shade_.glass_count = glass_.size();
   shade_.lights = lights_.data();
   shade_.light_count = lights_.size();
   return shade_;

@@ -39,9 +39,11 @@ class CastScene {
 
   View view_;
   Lens lens_;
-  std::vector<CastSolid> solids_;
-  std::vector<Ball> balls_;  // relative to the eye, like all positions below
+  std::vector<CastSolid> solids_;  // opaque
+  std::vector<Ball> balls_;  // of solids_, relative to the eye, like all positions below
   std::vector<Bounds> bounds_;
+  std::vector<CastSolid> glass_;
+  std::vector<Bounds> glass_bounds_;
   std::vector<std::shared_ptr<const meshes::Bvh>> trees_;  // keeps them alive
   std::vector<Material> materials_;                     // one per object
   bool sunny_;

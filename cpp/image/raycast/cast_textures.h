@@ -1,7 +1,7 @@
 // Textures of solids, at points of their surfaces.
 #pragma once
 
-#include "image/light/sky_lanes.h"
+#include "image/light/texture_lanes.h"
 #include "image/raycast/cast.h"
 #include "simd/floats3.h"
 
@@ -30,39 +30,25 @@ inline float mixed(const float* corners, std::size_t triangle, int numbers, int 
   return own[0] * parts.x + own[numbers] * parts.y + own[2 * numbers] * parts.z;
 }
 
-/// Returns the largest level of a texture with at most 1.5 texels per pixel; `texels`: per pixel in the first level.
-inline int level_for(const image::Texture& all, float texels) {
-  int level = 0;
-  for (; texels > 1.5f && level + 1 < all.count; ++level) texels *= 0.5f;
-  return level;
-}
-
-/// Returns the place at x, repeating from 0 to 1, in pixels.
-inline float repeated(float x, int pixels) { return (x - __builtin_floorf(x)) * static_cast<float>(pixels); }
-
-/// Returns the colour of a mesh's image at its texture coordinates. `footprint`: width of a pixel there, m.
-inline Float3 image_on_mesh(const image::Material& material, std::size_t number, Float3 parts, float footprint) {
-  const image::Texture& all = *material.image;
+/// Returns the colour of a picture on a mesh at a point of a triangle. `footprint`: width of a pixel there, m.
+inline Float3 image_on_mesh(const image::Material& material, const image::Texture& all, std::size_t number,
+                            Float3 parts, float footprint) {
   const meshes::BvhTriangle& triangle = material.mesh->triangles[number];
   const float* uv = material.uv + 6 * number;
   const Float3 first = of(triangle.corner[0]);
   const Float3 across = cross(minus(of(triangle.corner[1]), first), minus(of(triangle.corner[2]), first));
-  const float texels = (uv[2] - uv[0]) * (uv[5] - uv[1]) - (uv[4] - uv[0]) * (uv[3] - uv[1]);
-  const float pixels = static_cast<float>(all.levels[0].width) * static_cast<float>(all.levels[0].height);
-  const float square = __builtin_fabsf(texels) * pixels / (__builtin_sqrtf(dot(across, across)) + 1e-30f);  // per m^2
-  const image::TextureLevel& shown = all.levels[level_for(all, footprint * __builtin_sqrtf(square))];
-  const float u = mixed(material.uv, number, 2, 0, parts), v = mixed(material.uv, number, 2, 1, parts);
-  return texel_mix(shown, repeated(u, shown.width), repeated(1 - v, shown.height), true);
+  const int level = level_on_mesh(all, uv, __builtin_sqrtf(dot(across, across)), footprint);
+  return light_on_mesh(all.levels[level], uv, parts);
 }
 
 /// Returns the colour of an object's image at a point of its surface. The image extends along the two axes of the
 /// world, or of the mesh, that are most parallel to the surface. `footprint`: width of a pixel there, m.
-inline Float3 image_light(const image::Material& material, Float3 place, Float3 normal, float footprint) {
+inline Float3 image_light(const image::Material& material, const image::Texture& all, Float3 place, Float3 normal,
+                          float footprint) {
   const auto size = [](float x) { return x < 0 ? -x : x; };
   const bool flat = size(normal.y) >= size(normal.x) && size(normal.y) >= size(normal.z);
   const bool side = !flat && size(normal.x) >= size(normal.z);
   const float u = side ? place.z : place.x, v = flat ? place.z : -place.y;
-  const image::Texture& all = *material.image;
   const float scale = static_cast<float>(all.levels[0].width) / material.scale;  // pixels per m
   const image::TextureLevel& shown = all.levels[level_for(all, footprint * scale)];
   const float height =

@@ -19,7 +19,9 @@ std::uint32_t to_sum(float linear) {
 
 // Returns whether rays from the camera meet the same surfaces in both views.
 bool same_forms(const View& a, const View& b) {
-  const auto same = [](const Solid& x, const Solid& y) { return x.mesh == y.mesh && x.shape == y.shape; };
+  const auto same = [](const Solid& x, const Solid& y) {
+    return x.mesh == y.mesh && x.shape == y.shape && (x.glass > 0) == (y.glass > 0);
+  };
   return a.width == b.width && a.height == b.height && a.camera == b.camera && a.smooth == b.smooth &&
          (a.sky.kind == Sky::Kind::none) == (b.sky.kind == Sky::Kind::none) && a.bare == b.bare &&
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);

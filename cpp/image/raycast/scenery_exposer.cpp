@@ -63,7 +63,7 @@ void SceneryExposer::expose(int number, const Area& area, std::uint32_t* light, 
     const double left = static_cast<double>(area.x) + double{shot.move_x};
     const double top = static_cast<double>(area.y) + double{shot.move_y};
     const CastView& view = shot.scene->aim(left, top, left + area.width, top + area.height);
-    const bool empty = view.count == 0 && !shot.scene->has_sky();
+    const bool empty = view.count == 0 && !shot.scene->has_sky() && !view.glass;
     if (!empty) {
       Reach reach{{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
       met_.resize(kInPhase, view.keeps_triangles());

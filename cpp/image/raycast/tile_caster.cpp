@@ -140,7 +140,7 @@ void TileCaster::put_in_blocks(std::vector<std::uint32_t>& pixels) {
 
 bool TileCaster::trace(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& to, std::uint32_t* depth) {
   const CastView& view = scene.aim(part.left - 1, part.top - 1, part.left + part.width + 1, part.top + part.height + 1);
-  if (view.count == 0 && !scene.has_sky()) return false;
+  if (view.count == 0 && !scene.has_sky() && !view.glass) return false;
   constexpr float kMost = std::numeric_limits<float>::max();
   to.reach = {{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
   to.edge_pixels.clear();
@@ -156,7 +156,7 @@ bool TileCaster::trace(CastScene& scene, const TilePart& part, bool smooth, Tile
     lanes_->measure(view, x_.data(), y_.data(), count, row, to.reach, depth + y * kTile);
   }
   if (smooth) trace_edges(view, part, meshes, to);
-  return to.reach.low[0] <= to.reach.high[0] || scene.has_sky();
+  return to.reach.low[0] <= to.reach.high[0] || scene.has_sky() || view.glass;
 }
 
 void TileCaster::place_blocks(const TilePart& part) {

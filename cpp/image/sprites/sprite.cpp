@@ -29,6 +29,16 @@ meshes::AssetKey Sprite::asset() const {
   return sheet() == nullptr ? 0 : sheet()->picture;
 }
 
+meshes::AssetKey Sprite::picture_on_mesh() const {
+  const auto* own = as<MeshSprite>();
+  return own == nullptr ? 0 : own->picture;
+}
+
+bool is_surface(const Sprite& sprite) {
+  using Kind = Sprite::Kind;
+  return sprite.is(Kind::sphere) || sprite.is(Kind::card) || sprite.is(Kind::mesh);
+}
+
 bool along_velocity(const Sprite& sprite) {
   return std::visit(
       [](const auto& own) {
@@ -45,6 +55,12 @@ void check_common(const Sprite& sprite) {
   base::check_number("sprite.of_height", sprite.of_height, 0, 1);
   base::check_number("sprite.softness", sprite.softness, 0, base::kFarthest);
   base::check_number("sprite.shadow", sprite.shadow, 0, 1);
+  base::check_number("sprite.roughness", sprite.finish.roughness, 0, 1);
+  base::check_number("sprite.metal", sprite.finish.metal, 0, 1);
+  if (sprite.finish.reflects() && (!is_surface(sprite) || (sprite.is(Sprite::Kind::card) && !sprite.lit))) {
+    base::refuse("sprite.roughness", "1, and metal 0, for all but spheres, meshes and lit cards",
+                 std::to_string(sprite.finish.roughness));
+  }
   const bool counted_in_pixels = !sprite.is(Sprite::Kind::point) && !(sprite.of_height > 0);
   if (counted_in_pixels && (sprite.pixels < 0 || sprite.pixels > kMaxDiameter)) {
     base::refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));
@@ -64,8 +80,10 @@ void check(const Sprite& sprite) {
 }
 
 Sprite painted(Sprite sprite) {
-  using Kind = Sprite::Kind;
-  sprite.lit &= sprite.is(Kind::sphere) || sprite.is(Kind::card) || sprite.is(Kind::mesh);
+  if (!is_surface(sprite)) {
+    sprite.lit = false;
+    sprite.finish = {};
+  }
   sprite.shadow = 0;
   std::visit(
       [](auto& own) {

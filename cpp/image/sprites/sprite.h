@@ -1,6 +1,6 @@
 // How the particles of one system are drawn: what all kinds of sprites have, and what one kind has (a file each).
 //
-//   Sprite = Look  +  pixels, of_height, softness, blend, lit, shadow
+//   Sprite = Look  +  pixels, of_height, softness, blend, lit, shadow, finish
 //            point | disc | sphere | image | card | mesh | ribbon
 //
 // Members are described where they are declared (base/members.h). From that follow the bytes in recorded lists and in
@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "base/members.h"
+#include "image/sprites/finish.h"
 #include "image/sprites/mesh.h"
 #include "image/sprites/picture.h"
 #include "image/sprites/plain.h"
@@ -60,6 +61,7 @@ struct Sprite {
   float softness = 0;  // distance, m, over which a particle fades where it touches an object
   bool lit = false;  // by the sun, lights and sky
   float shadow = 0;  // fraction of the light that one particle blocks, 0..1
+  Finish finish{};
 
   static constexpr std::tuple kMembers{base::Member{"", &Sprite::look},
                                        base::Member{"pixels", &Sprite::pixels},
@@ -67,7 +69,8 @@ struct Sprite {
                                        base::Member{"of_height", &Sprite::of_height},
                                        base::Member{"softness", &Sprite::softness},
                                        base::Member{"lit", &Sprite::lit},
-                                       base::Member{"shadow", &Sprite::shadow}};
+                                       base::Member{"shadow", &Sprite::shadow},
+                                       base::Member{"", &Sprite::finish}};
   bool operator==(const Sprite&) const = default;
 
   Kind kind() const { return static_cast<Kind>(look.index()); }
@@ -84,10 +87,16 @@ struct Sprite {
   bool tiled() const { return sheet() != nullptr && sheet()->tiles.cut(); }
   /// Returns the picture or mesh that it shows; 0: none.
   meshes::AssetKey asset() const;
+  /// Returns the picture on its mesh; 0: none.
+  meshes::AssetKey picture_on_mesh() const;
 };
 
 /// Returns whether the velocity of particles, not their orientation, rotates the sprite.
 bool along_velocity(const Sprite& sprite);
+
+/// Returns whether a sprite shows a surface in space, whose light depends on its normal and its finish. (Spheres as
+/// small as points do not: see drawn_as_point.)
+bool is_surface(const Sprite& sprite);
 
 /// Checks a sprite; throws std::invalid_argument naming the argument, its value and what is allowed.
 void check(const Sprite& sprite);

@@ -1,15 +1,17 @@
-"""Reads mesh files, .obj, .ply, .stl and .glb, into vertices and triangles.
+"""Reads mesh files, .obj, .ply, .stl and .glb: triangles, normals, texture coordinates, colours, materials.
 
-Each module reads one format; `polygons` cuts faces into triangles. A module returns all triangles of a file,
-or raises `Unreadable`, which names what it cannot read.
+Each module reads one format; `polygons` cuts faces into triangles. A module returns the whole surface
+of a file, or raises `Unreadable`, which names what it cannot read.
 """
 
 from __future__ import annotations
 
 import importlib
 from pathlib import Path
+from typing import Any
 
-from .polygons import Triangles, Unreadable
+from .polygons import Unreadable
+from .surfaces import Surface, sane
 
 __all__ = ["SUFFIXES", "Unreadable", "read"]
 
@@ -17,19 +19,20 @@ SUFFIXES = (".obj", ".ply", ".stl", ".glb")
 """Suffixes of mesh files; each names its module, which is loaded for the first file of the format."""
 
 
-def read(path: Path) -> Triangles:
-    """Return vertices, float64 (n, 3), and triangles, int64 (m, 3), in the order of the file.
+def read(path: Path) -> Surface:
+    """Return the surface, with vertices and triangles in the order of the file.
 
     Raises Unreadable with the reason; OSError if the file cannot be opened; MissingExtraError.
     """
     content = path.read_bytes()
     try:
         format_ = importlib.import_module(path.suffix.lower(), __name__)  # ".obj": the module beside this one
-        vertices, triangles = format_.read(path, content)
+        surface: Surface = format_.read(path, content)
     except (Unreadable, ImportError, OSError):
         raise
     except Exception as error:  # any: a damaged file can fail anywhere
         raise Unreadable(f"it is damaged: {type(error).__name__} {error}".rstrip()) from None
-    if not len(triangles):
-        raise Unreadable(f"it has {len(vertices)} vertices but no triangles")
-    return vertices, triangles
+    if not len(surface.triangles):
+        raise Unreadable(f"it has {len(surface.vertices)} vertices but no triangles")
+    kept: dict[str, Any] = {name: sane(name, getattr(surface, name)) for name in ("normals", "uv", "colors")}
+    return surface._replace(**kept)

@@ -92,11 +92,15 @@ class Accessors:
             if index:
                 raise Unreadable(f"buffer {index} has no content")
             return self._binary
+        return self.file_of("buffer", index, uri)
+
+    def file_of(self, what: str, index: int, uri: str) -> bytes:
+        """Return the bytes that a URI names: its own, or those of a file beside this one."""
         if uri.startswith("data:"):
             head, _, body = uri.partition(",")
             return base64.b64decode(body) if head.endswith(";base64") else urllib.parse.unquote_to_bytes(body)
         if re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\", uri) or ".." in Path(uri).parts:
-            raise Unreadable(f"buffer {index} is {uri!r}: only files in the same folder are supported")
+            raise Unreadable(f"{what} {index} is {uri!r}: only files in the same folder are supported")
         return (self._folder / urllib.parse.unquote(uri)).read_bytes()
 
 

@@ -1,4 +1,7 @@
-"""Reads Stanford .ply files, text or binary of either byte order: faces and triangle strips."""
+"""Reads Stanford .ply files, text or binary of either byte order: faces and triangle strips.
+
+Vertices may have normals, texture coordinates and colours: 8 bits are sRGB, other numbers linear.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .polygons import Indices, Triangles, Unreadable, strip, triangulate
+from .polygons import Indices, Unreadable, strip, triangulate
+from .surfaces import Surface, linear_of
 
 __all__ = ["read"]
 
@@ -20,6 +24,7 @@ _TYPES = {
 }
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _CORNERS = ("vertex_indices", "vertex_index")
+_PLACES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
 
 
 @dataclass
@@ -126,16 +131,16 @@ class _Body:
         return content
 
 
-def read(_: Path, content: bytes) -> Triangles:
-    """Return the vertices and triangles of a file. Raises Unreadable."""
+def read(_: Path, content: bytes) -> Surface:
+    """Return the surface of a file. Raises Unreadable."""
     elements, order, start = _header(content)
     body = _Body(content[start:], order)
-    vertices = np.empty((0, 3))
+    surface = Surface(np.empty((0, 3)), np.empty((0, 3), np.int64))
     faces = [(np.empty(0, np.int64), np.empty(0, np.int64))]
     strips: list[Indices] = []
     for element in elements:
         if element.name == "vertex":
-            vertices = _positions(body, element)
+            surface = _vertices(body, element)
         elif element.name in ("face", "tristrips"):
             counts, corners = _lists(body, element)
             if element.name == "face":
@@ -149,7 +154,7 @@ def read(_: Path, content: bytes) -> Triangles:
         triangles = strip(one).reshape(-1)
         faces.append((np.full(len(triangles) // 3, 3), triangles))
     counts, corners = (np.concatenate(part) for part in zip(*faces, strict=True))
-    return vertices, triangulate(vertices, counts, corners)
+    return surface._replace(triangles=triangulate(surface.vertices, counts, corners))
 
 
 def _header(content: bytes) -> tuple[list[_Element], str, int]:
@@ -179,13 +184,26 @@ def _header(content: bytes) -> tuple[list[_Element], str, int]:
     return elements, order, start
 
 
-def _positions(body: _Body, element: _Element) -> NDArray[np.float64]:
+def _vertices(body: _Body, element: _Element) -> Surface:
     if not {"x", "y", "z"} <= {one.name for one in element.properties}:
         raise Unreadable("its vertices have no x, y and z")
     records = _records(body, element)
     if records is None:
         raise Unreadable("lists of different lengths in its vertices are not supported")
-    return np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=-1)
+    found = records
+
+    def columns(*names: str) -> NDArray[np.float64] | None:
+        if not set(names) <= set(found.dtype.names or ()) or any(found[name].ndim > 1 for name in names):
+            return None
+        return np.stack([found[name].astype(np.float64) for name in names], axis=-1)
+
+    at = next((rows for names in _PLACES if (rows := columns(*names)) is not None), None)
+    points = columns("x", "y", "z")
+    assert points is not None
+    tints = columns("red", "green", "blue")
+    if tints is not None and any(one.kind == "u1" for one in element.properties if one.name == "red"):
+        tints = linear_of(tints / 255)
+    return Surface(points, np.empty((0, 3), np.int64), columns("nx", "ny", "nz"), at, tints)
 
 
 def _lists(body: _Body, element: _Element) -> tuple[Indices, Indices]:

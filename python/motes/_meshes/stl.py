@@ -7,20 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from .polygons import Triangles, Unreadable
+from .surfaces import Surface
 
 __all__ = ["read"]
 
 _HEADER, _COUNT, _FACET = 80, 4, 50  # bytes
 
 
-def read(_: Path, content: bytes) -> Triangles:
-    """Return the vertices and triangles of a file. Raises Unreadable."""
+def read(_: Path, content: bytes) -> Surface:
+    """Return the surface of a file. Raises Unreadable."""
     if len(content) >= _HEADER + _COUNT:
         count = int.from_bytes(content[_HEADER : _HEADER + _COUNT], "little")
         # Binary files may begin with "solid", too: their length decides.
         if len(content) == _HEADER + _COUNT + _FACET * count or b"\0" in content[: _HEADER + _COUNT]:
-            return _binary(content, count)
-    return _text(content)
+            return Surface(*_binary(content, count))
+    return Surface(*_text(content))
 
 
 def _binary(content: bytes, count: int) -> Triangles:

@@ -16,6 +16,7 @@ from .._values.curves import Curve
 from .._values.values import Value, value
 from ..errors import ArgumentError
 from ..shapes import Blob, Line, Point, Shape, Union, native_of
+from ..shapes._material import Material
 from ..shapes._mesh import Mesh
 from .skies import light_key, light_of
 
@@ -36,7 +37,9 @@ class Solid(Value):
     shape: Shape | Mesh
     """A shape with a surface, a union of such shapes, or a mesh."""
     color: Triple = (0.8, 0.8, 0.8)
-    """Reflectance, linear RGB; a mesh's own `colors` multiply it."""
+    """Reflectance, linear RGB; a mesh's own `colors` multiply it. Left out: that of the mesh's `material` if
+    it has one, whose roughness, metal and pictures then also apply where they are left out; white with
+    `glass`."""
     light: float = 0
     """Emission as a multiple of `color`; 0: none, 1: as bright as `color` in full sunlight."""
     image: NDArray[np.float32] | None = None
@@ -45,41 +48,80 @@ class Solid(Value):
     surface's normal: an axis of the world, or of the mesh, so that it moves with the mesh."""
     scale: float = 1
     """The width of the texture, m; not used with `uv`."""
+    roughness: float = 1
+    """How evenly the surface scatters light, 0..1: 1 like paper or chalk, 0.3 like wet stone or brushed
+    metal, 0 like a mirror. Below 1 it has highlights of the sun and lights, and reflects the sky, blurred by
+    its roughness; it does not reflect other objects."""
+    metal: float = 0
+    """How much of a metal the surface is, 0..1: a metal reflects in its `color` and scatters nothing."""
+    glass: float | None = None
+    """The index of refraction, 1..4, such as 1.5 of glass or 1.33 of water; None: opaque. `color` tints what
+    is seen through it. It refracts the solids and the sky behind it and reflects the sky, sun and lights, one
+    vessel deep: rays follow up to 6 of its surfaces, so a bottle with an inner wall is right and what is seen
+    through two of them is not. It casts no shadow, glass within glass is not seen, and particles in and
+    behind it are seen as if it was not there. A closed shape is of glass throughout; a surface without a
+    back, such as a rectangle or an open mesh, is a thin pane, and a plane is the surface of what lies below
+    it."""
 
     def __init__(
         self,
         shape: Shape | Mesh,
-        color: ArrayLike = (0.8, 0.8, 0.8),
+        color: ArrayLike | None = None,
         light: float = 0,
         image: str | os.PathLike[str] | ArrayLike | None = None,
         scale: float = 1,
+        roughness: float | None = None,
+        metal: float | None = None,
+        glass: float | None = None,
     ) -> None:
         """Check the fields."""
         if not isinstance(shape, (Shape, Mesh)):
             raise ArgumentError("shape", shape, "a shape of motes.shapes or a motes.Mesh")
         if any(isinstance(part, (Point, Line, Blob)) for part in parts(shape)):
             raise ArgumentError("shape", shape, "a shape with a surface: not a Point, Line or Blob")
+        given = {"light": light or None, "image": image, "roughness": roughness, "metal": metal}
+        if glass is not None:
+            for name, one in given.items():
+                if one is not None:
+                    raise ArgumentError(
+                        name, one, "left out with `glass`, which is smooth and has no picture"
+                    )
+            color = (1, 1, 1) if color is None else color
+        own = getattr(shape, "material", None) if color is None else None
+        look = Material((0.8, 0.8, 0.8)) if own is None else own
         self.__dict__.update(
             shape=shape,
-            color=arguments.color("color", color, low=0, high=arguments.FARTHEST),
+            color=arguments.color(
+                "color", look.color if color is None else color, low=0, high=arguments.FARTHEST
+            ),
             light=arguments.number("light", light, low=0, high=1e6),
-            image=None if image is None else light_of("image", image),
+            image=look.image if image is None else light_of("image", image),
             scale=arguments.number("scale", scale, low=1e-6, high=1e6),
+            roughness=look.roughness
+            if roughness is None
+            else arguments.number("roughness", roughness, low=0, high=1),
+            metal=look.metal if metal is None else arguments.number("metal", metal, low=0, high=1),
+            glass=None if glass is None else arguments.number("glass", glass, low=1, high=4),
         )
         self.__dict__["_image"] = 0 if self.image is None else light_key(self.image)
+        own_finish = roughness is None and metal is None and look.finish_image is not None
+        self.__dict__["_finish_image"] = look.__dict__["_finish_image"] if own_finish else 0
 
     def _key(self) -> tuple[Any, ...]:
         """Compare an image by its content's hash."""
-        return tuple((self._items() | {"image": self.__dict__["_image"]}).values())
+        state = self.__dict__
+        return (*(self._items() | {"image": state["_image"]}).values(), state["_finish_image"])
 
     def _add_to(self, view: _core.View) -> None:
         """Add the solid to the engine's view; for the package itself."""
-        look = (self.color, self.light, self.__dict__["_image"], self.scale)
+        state = self.__dict__
+        look = (self.color, self.light, state["_image"], self.scale)
+        finish = (self.roughness, self.metal, state["_finish_image"], self.glass or 0)
         for part in parts(self.shape):
             if isinstance(part, Mesh):
-                view.add_mesh(native_of(part), *look)
+                view.add_mesh(native_of(part), *look, *finish)
             else:
-                view.add_object(native_of(part), *look)
+                view.add_object(native_of(part), *look, *finish)
 
 
 @value()

@@ -13,8 +13,9 @@ from .. import _core
 from .._values import arguments
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
-from ..shapes._mesh import Mesh, content_of
+from ..shapes._mesh import Mesh, content_of, with_colors
 from . import sheets
+from .skies import light_key, light_of
 
 if TYPE_CHECKING:
     from ..expressions import Expression
@@ -50,12 +51,14 @@ class Sprite(Value):
     hides the others."""
     softness: float = 0
     """The distance over which a particle fades where it touches a solid or an opaque particle, m."""
-    image: NDArray[np.uint8] | None = None
-    """For the kind "image": a path (PNG, JPEG, WebP, TIFF, BMP, GIF, TGA, PPM; read by Pillow, the extra
-    `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; three channels are opaque. A
-    particle's colour multiplies it. Files are rotated as their EXIF data says; a single channel of 16 bits is
-    scaled from 0..65535, one of floats from 0..1. A list of pictures of the same size: `pick` selects one for
-    each particle; stored as an array (number, height, width, 4)."""
+    image: NDArray[Any] | None = None
+    """For the kind "mesh": a picture at the mesh's `uv` that multiplies the colour, given as for
+    `Solid(image=)` and stored as linear light, float32 (height, width, 3). For the kind "image": a path
+    (PNG, JPEG, WebP, TIFF, BMP, GIF, TGA, PPM; read by Pillow, the extra `[image]`), or an array, uint8
+    (height, width, 4): sRGB and straight alpha; three channels are opaque. A particle's colour multiplies
+    it. Files are rotated as their EXIF data says; a single channel of 16 bits is scaled from 0..65535,
+    one of floats from 0..1. A list of pictures of the same size: `pick` selects one for each particle;
+    stored as an array (number, height, width, 4)."""
     lit: bool = False
     """Whether the sun, lights and the sky light the particles, shaded as small spheres with their colour as
     reflectance. Cards are shaded by the side that they show. Spheres and meshes are always lit by the sun and
@@ -92,6 +95,13 @@ class Sprite(Value):
     """For the kind "ribbon": how far it reaches back in time, s, above 0; a younger particle's ribbon begins
     where it was born. The band passes through up to 16 earlier positions, which are stored per particle; the
     length of a system's ribbons cannot change."""
+    roughness: float = 1
+    """How even the surface scatters light, 0..1, as for `Solid`: 1 like paper, 0.3 like wet stone, 0 like a
+    mirror. For spheres, meshes, and images with `lit` that do not face the camera."""
+    metal: float = 0
+    """How much of a metal the surface is, 0..1, as for `Solid`: it reflects the sun, lights and the sky in
+    its colour. For the same kinds as `roughness`. Left out, both are those of the mesh's `material`, if it
+    has one, whose colour and picture then also apply."""
 
     def __init__(
         self,
@@ -114,6 +124,8 @@ class Sprite(Value):
         pick: Literal["random", "age"] | Expression | float | None = None,
         width: float | None = None,
         length: float | None = None,
+        roughness: float | None = None,
+        metal: float | None = None,
     ) -> None:
         """Check the fields."""
         state = self.__dict__
@@ -121,7 +133,7 @@ class Sprite(Value):
         state["pixels"] = _pixels(pixels, height)
         state["blend"] = arguments.choice("blend", blend, BLENDS)
         state["softness"] = arguments.number("softness", softness, low=0, high=1e6)
-        state["image"] = sheets.pictures_of(self.kind, image)
+        state["image"] = _picture_on_mesh(mesh, image) if kind == "mesh" else sheets.pictures_of(kind, image)
         state["height"] = None if height is None else _height(height)
         state["lit"] = arguments.flag("lit", lit)
         state["shadow"] = arguments.number("shadow", shadow, low=0, high=1)
@@ -130,14 +142,20 @@ class Sprite(Value):
         state["width"] = _of_ribbon(self, "width", width)
         state["length"] = _of_ribbon(self, "length", length)
         _check_ribbon(self)
-        state["tiles"] = sheets.tiles_of(self.image, tiles)
-        state["pick"] = sheets.pick_of(self.image, tiles, pick)
+        cut = None if self.kind == "mesh" else self.image
+        state["tiles"] = sheets.tiles_of(cut, tiles)
+        state["pick"] = sheets.pick_of(cut, tiles, pick)
+        look = None if self.mesh is None else self.mesh.material
+        state["roughness"] = _finish(
+            self, "roughness", roughness, plain=1 if look is None else look.roughness
+        )
+        state["metal"] = _finish(self, "metal", metal, plain=0 if look is None else look.metal)
         posed = self.kind in ("mesh", "ribbon") or self.facing != "camera"
-        sheet = None if self.image is None else sheets.sheet_of(self.image, self.tiles)
+        sheet = None if cut is None else sheets.sheet_of(cut, self.tiles)
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
-        if self.mesh is not None:
-            state["_picture"] = content_of(self.mesh)
+        if self.kind == "mesh" and self.image is not None:
+            state["_picture"] = light_key(self.image)
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,
@@ -146,6 +164,8 @@ class Sprite(Value):
             softness=self.softness,
             lit=self.lit,
             shadow=self.shadow,
+            roughness=self.roughness,
+            metal=self.metal,
             **_of_kind(self),
         )
 
@@ -159,7 +179,7 @@ class Sprite(Value):
         if self.image is not None:
             shown_by_name["image"] = sheets.text_of_pictures(self.image)
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
-        defaults |= {"lit": "False", "shadow": "0.0"}
+        defaults |= {"lit": "False", "shadow": "0.0", "roughness": "1.0", "metal": "0.0"}
         defaults["facing"] = "'camera'"
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
@@ -173,8 +193,17 @@ def _of_kind(sprite: Sprite) -> dict[str, Any]:
         shown = {"picture": content, "tiles": sprite.__dict__["_tiles"]}
         return shown if sprite.facing == "camera" else shown | facing
     if sprite.kind == "mesh":
-        return {"mesh": content, **facing}
+        assert sprite.mesh is not None
+        return {"mesh": content_of(_tinted(sprite.mesh)), "picture": content, **facing}
     return {"width": sprite.width, "length": sprite.length} if sprite.kind == "ribbon" else {}
+
+
+def _tinted(mesh: Mesh) -> Mesh:
+    """Return a mesh whose colours include that of its material, which a particle's colour multiplies."""
+    if mesh.material is None or mesh.material.color == (1, 1, 1):
+        return mesh
+    own = np.ones_like(mesh.vertices) if mesh.colors is None else mesh.colors
+    return with_colors(mesh, own * np.array(mesh.material.color, np.float32))
 
 
 def native_of(sprite: Sprite, columns: Columns) -> _core.Sprite:
@@ -238,6 +267,29 @@ def _mesh(sprite: Sprite, mesh: Any) -> Mesh | None:
     if sprite.height is not None:
         raise ArgumentError("height", sprite.height, "left out for a mesh: `size` scales it")
     return mesh
+
+
+def _picture_on_mesh(mesh: Any, image: Any) -> NDArray[np.float32] | None:
+    if image is None:
+        look = getattr(mesh, "material", None)
+        return None if look is None else look.image
+    if getattr(mesh, "uv", None) is None:
+        raise ArgumentError("image", image, "given with a mesh that has `uv`, where it is shown")
+    return light_of("image", image)
+
+
+_PLAIN = {"roughness": 1, "metal": 0}
+
+
+def _finish(sprite: Sprite, name: str, value: Any, *, plain: float) -> float:
+    if value is None:
+        return plain
+    number = arguments.number(name, value, low=0, high=1)
+    card = sprite.kind == "image" and sprite.facing != "camera" and sprite.lit
+    if number != _PLAIN[name] and sprite.kind not in ("sphere", "mesh") and not card:
+        allowed = "left out for all but spheres, meshes, and images with lit=True and facing='orientation' or"
+        raise ArgumentError(name, value, f"{allowed} 'velocity'")
+    return number
 
 
 def _of_ribbon(sprite: Sprite, name: str, value: Any) -> float | None:

@@ -13,7 +13,7 @@ from .. import _extras
 from .._values import arguments
 from ..errors import ArgumentError
 
-__all__ = ["FORMATS", "read_picture"]
+__all__ = ["FORMATS", "picture_in", "read_picture"]
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "TGA", "PPM")
 """Formats that may be opened; others, such as EPS, would start programs or hold no pixels."""
@@ -27,8 +27,15 @@ def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
     A single channel of 16 bits is scaled from 0..65535, one of floats from 0..1. Of an animation, the first
     picture is read. Raises ArgumentError, MissingExtraError.
     """
-    library = _extras.pillow()
+    _extras.pillow()
     path = arguments.existing_file(argument, path)
+    return picture_in(argument, path, most=most)
+
+
+def picture_in(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
+    """Read a picture as `read_picture` does, from a path or an open file."""
+    library = _extras.pillow()
+    name = os.fspath(path) if isinstance(path, os.PathLike) else "a picture"
     sides = f"1..{most} pixels each way"
     try:
         with warnings.catch_warnings():
@@ -37,17 +44,17 @@ def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
                 width, height = picture.size
                 if max(width, height) > most:  # refused before it takes memory
                     allowed = f"a picture of {sides} (this one has {width}x{height})"
-                    raise ArgumentError(argument, os.fspath(path), allowed)
+                    raise ArgumentError(argument, name, allowed)
                 return _bytes(picture)
     except ArgumentError:
         raise
     except library.DecompressionBombError as error:  # Pillow does not report the size
-        raise ArgumentError(argument, os.fspath(path), f"a picture of {sides} ({error})") from None
+        raise ArgumentError(argument, name, f"a picture of {sides} ({error})") from None
     except library.UnidentifiedImageError:
         allowed = f"a picture that can be read: {', '.join(FORMATS)}"
-        raise ArgumentError(argument, os.fspath(path), allowed) from None
+        raise ArgumentError(argument, name, allowed) from None
     except Exception as error:  # of any kind: each format raises different ones
-        raise ArgumentError(argument, os.fspath(path), f"a picture that can be read ({error})") from None
+        raise ArgumentError(argument, name, f"a picture that can be read ({error})") from None
 
 
 def _bytes(picture: Any) -> NDArray[np.uint8]:

@@ -20,6 +20,7 @@ from ..errors import ArgumentError, missing
 from ..expressions._conditions import Condition, Region, as_condition
 
 if TYPE_CHECKING:
+    from ._material import Material
     from ._mesh import Mesh
     from ._outlines import Picture, Text
 
@@ -30,6 +31,7 @@ __all__ = [
     "Cylinder",
     "Disc",
     "Line",
+    "Material",
     "Mesh",
     "Picture",
     "Plane",
@@ -378,6 +380,10 @@ def __getattr__(name: str) -> Any:
         from ._mesh import Mesh
 
         return Mesh
+    if name == "Material":
+        from ._material import Material
+
+        return Material
     if name in ("Picture", "Text"):
         from . import _outlines
 

@@ -15,6 +15,7 @@ from .._values import arguments
 from .._values.values import value
 from ..errors import ArgumentError
 from . import Shape
+from ._material import Material
 
 __all__ = ["Mesh"]
 
@@ -50,13 +51,16 @@ class Mesh(Shape):
         colors: linear RGB of the vertices, float32 (n, 3), read-only; None: no colours. `Solid` and `Sprite`
             show them, interpolated linearly between corners; particles born on the surface can take them with
             `motes.surface_color`.
-        uv: texture coordinates of the vertices, float32 (n, 2), read-only, or None. `Solid(image=)` shows its
-            picture there.
-        normals: directions of the surface at the vertices, float32 (n, 3), read-only, or None. Solids are
-            shaded by them, interpolated linearly, so that the surface looks round.
+        uv: texture coordinates of the vertices, float32 (n, 2), read-only, or None. `Solid(image=)` and
+            `Sprite("mesh", image=)` show their picture there.
+        normals: directions of the surface at the vertices, float32 (n, 3), read-only, or None. `Solid` and
+            `Sprite` shade by them, interpolated linearly, so that the surface looks round. Where they are
+            0, 0, 0 it is flat.
         smooth: whether the vertices' normals are means over their triangles.
         density: relative density of births on the surface at each vertex, float32 (n,), read-only; None:
             uniform.
+        material: how the surface looks, from its file, or None: `Solid` and `Sprite` use it where the script
+            says nothing else.
     """
 
     vertices: NDArray[np.float32]
@@ -68,6 +72,7 @@ class Mesh(Shape):
     density: NDArray[np.float32] | None = None
     normals: NDArray[np.float32] | None = None
     smooth: bool = False
+    material: Material | None = None
 
     def __init__(
         self,
@@ -81,6 +86,7 @@ class Mesh(Shape):
         density: ArrayLike | str | os.PathLike[str] | None = None,
         normals: ArrayLike | None = None,
         smooth: bool = False,
+        material: Material | None = None,
     ) -> None:
         """Make a mesh from arrays, which are copied, and options.
 
@@ -97,8 +103,9 @@ class Mesh(Shape):
             density: relative number of births per area at each vertex, 0 to 1e6, (n,), interpolated linearly;
                 or a picture as for `colors`, where half the brightness gives half the density. Only sampling
                 the surface uses it.
-            normals: direction of the surface at each vertex, (n, 3), of any length: shades solids.
+            normals: direction of the surface at each vertex, (n, 3), of any length, for shading.
             smooth: compute `normals` as the means, weighted by area, of the triangles at each position.
+            material: how the surface looks, a `motes.shapes.Material`.
 
         Raises:
             ArgumentError: if an argument is not valid, such as a density that is 0 everywhere or given with
@@ -119,13 +126,15 @@ class Mesh(Shape):
             raise ArgumentError(
                 "density", density, "left out with solid=True: only births on the surface use it"
             )
+        if material is not None and not isinstance(material, Material):
+            raise ArgumentError("material", material, "a motes.shapes.Material")
         if arguments.flag("smooth", smooth) and directions is not None:
             raise ArgumentError("normals", normals, "left out with smooth=True, which computes them")
         self.__dict__.update(
             vertices=points, triangles=corners, **options, colors=tints, uv=at, density=births
         )
-        self.__dict__.update(normals=directions, smooth=smooth)
-        shown = _smooth_normals(points, corners) if smooth else directions
+        self.__dict__.update(normals=directions, smooth=smooth, material=material)
+        shown = _smooth_normals(points, corners, _places(points)) if smooth else directions
         none = np.zeros(0)
         extras = (none if extra is None else extra for extra in (tints, births, at, shown))
         self.__dict__["_name"] = _core.keep_mesh(points, corners, *extras)
@@ -140,18 +149,23 @@ class Mesh(Shape):
         scale: float = 1,
         solid: bool = False,
         resolution: int = RESOLUTION,
+        smooth: bool = False,
     ) -> Mesh:
         """Read a file: .obj, .ply, .stl or .glb.
 
-        All parts of the file become one mesh, placed as in the file; colours and images are not read. Faces
-        with more than three corners, even concave ones, are triangulated. A .glb with Draco compression needs
-        the extra [mesh].
+        All parts of the file become one mesh, placed as in the file. Faces with more than three corners, even
+        concave ones, are triangulated. Normals, texture coordinates and colours of vertices are kept, and the
+        material of a .glb: base colour, roughness, metal, and their textures, as `material`. If a .glb has
+        several, their base colours become colours of vertices, and roughness and metal are those of the
+        material with most triangles. A vertex of an .obj is repeated where its corners have several normals
+        or texture coordinates. A .glb with Draco compression needs the extra [mesh], with textures [image].
 
         Args:
             path: path of the file.
             scale: metres per unit of the file.
             solid: as in the constructor.
             resolution: as in the constructor.
+            smooth: as in the constructor; the file's normals are ignored.
 
         Returns:
             The mesh.
@@ -166,10 +180,14 @@ class Mesh(Shape):
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(_meshes.SUFFIXES)}")
         scale = arguments.number("scale", scale, low=0)
         options = _options(solid, resolution)
+        smooth = arguments.flag("smooth", smooth)
         arguments.existing_file("path", path)
         try:
-            vertices, triangles = _meshes.read(file)
-            return cls(vertices * scale, triangles, **options)
+            found = _meshes.read(file)
+            looks = {name: getattr(found, name) for name in ("normals", "uv", "colors", "material")}
+            if smooth:
+                looks["normals"] = None
+            return cls(found.vertices * scale, found.triangles, **options, **looks, smooth=smooth)
         except (_meshes.Unreadable, OSError, ArgumentError) as error:
             raise ArgumentError("path", os.fspath(path), f"a mesh that can be read ({error})") from None
 
@@ -215,8 +233,9 @@ class Mesh(Shape):
                 particles the velocity of its surface. Everything else uses its place at the end of the frame.
             vertices: deformed vertices, (n, 3), m; a deforming mesh passes new ones in each frame. `bounce`
                 and `contact` move it from its last vertices to these: without `moving_from`, from those that
-                the same call had in the last frame. Each deformed mesh is kept until the program ends, and
-                as a wall it computes a new distance grid.
+                the same call had in the last frame. Normals are computed anew: vertices at one position share
+                one, except where given `normals` differ, as at sharp edges. Each deformed mesh is kept until
+                the program ends, and as a wall it computes a new distance grid.
 
         Returns:
             The mesh at its new place. Without `vertices` it shares the arrays and the grid, so moving a mesh
@@ -246,14 +265,30 @@ class Mesh(Shape):
         if len(points) != len(self.vertices):
             allowed = f"finite numbers of shape ({len(self.vertices)}, 3), one row per vertex, metres"
             raise ArgumentError("vertices", f"{points.dtype} {points.shape}", allowed)
-        mesh = Mesh(points, self.triangles, **self._options)
+        mesh = Mesh(points, self.triangles, **(self._options | {"normals": self._normals_at(points)}))
         mesh.__dict__["_made_from"] = self._origin
         mesh._place(STILL)
         return mesh
 
+    def _with_colors(self, colors: NDArray[np.float32]) -> Mesh:
+        return Mesh(self.vertices, self.triangles, **(self._options | {"colors": colors}))
+
+    def _normals_at(self, points: NDArray[np.float32]) -> NDArray[np.float32] | None:
+        """Return the normals after a deformation, if the mesh has given ones."""
+        if self.normals is None:
+            return None
+        flat = ~self.normals.any(axis=1)
+        lengths = np.where(flat, 1, np.sqrt(np.square(self.normals, dtype=np.float64).sum(axis=1)))
+        unit = np.rint(self.normals / lengths[:, None] * 1e4)  # so that rounding separates none
+        normals = _smooth_normals(
+            points, self.triangles, np.concatenate([_places(self.vertices), unit + 0.0], axis=1)
+        )
+        normals[flat] = 0
+        return normals
+
     @property
     def _options(self) -> dict[str, Any]:
-        names = ("solid", "resolution", "colors", "uv", "density", "normals", "smooth")
+        names = ("solid", "resolution", "colors", "uv", "density", "normals", "smooth", "material")
         return {name: getattr(self, name) for name in names}
 
     @property
@@ -294,7 +329,8 @@ class Mesh(Shape):
     def _key(self) -> tuple[Any, ...]:
         places = None if self.uv is None else self.uv.tobytes()
         start = None if self._start is None else self._start.tobytes()
-        return (self._content, self.solid, self.resolution, self._numbers, start, places)
+        look = (places, self.material)
+        return (self._content, self.solid, self.resolution, self._numbers, start, *look)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by arrays, options and poses."""
@@ -321,9 +357,11 @@ def _again(
     return mesh
 
 
-def _smooth_normals(points: NDArray[np.float32], corners: NDArray[np.uint32]) -> NDArray[np.float32]:
-    """Return the mean normal at each vertex; vertices at the same position share it."""
-    _, at = np.unique(points, axis=0, return_inverse=True)
+def _smooth_normals(
+    points: NDArray[np.float32], corners: NDArray[np.uint32], groups: NDArray[Any]
+) -> NDArray[np.float32]:
+    """Return the mean normal at each vertex; vertices with equal rows of `groups` share it."""
+    _, at = np.unique(groups, axis=0, return_inverse=True)
     first, second, third = (points[corners[:, k]].astype(np.float64) for k in range(3))
     twice_areas = np.cross(second - first, third - first)
     sums = np.zeros((at.max() + 1, 3))
@@ -331,6 +369,13 @@ def _smooth_normals(points: NDArray[np.float32], corners: NDArray[np.uint32]) ->
         np.add.at(sums, at.reshape(-1)[corners[:, k]], twice_areas)
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.asarray(sums / np.where(lengths > 0, lengths, 1), np.float32)[at.reshape(-1)]
+
+
+def _places(points: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return positions in cells of 1e-5 of the size: formulas and files repeat those of seams and poles."""
+    cell = max(float(np.abs(points).max()), 1e-30) * 1e-5
+    places: NDArray[np.float64] = np.rint(points / np.float64(cell)) + 0.0  # no -0
+    return places
 
 
 def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
@@ -419,6 +464,11 @@ def _kept(array: NDArray[Any]) -> NDArray[Any]:
     copy = np.array(array, order="C")
     copy.flags.writeable = False
     return copy
+
+
+def with_colors(mesh: Mesh, colors: NDArray[np.float32]) -> Mesh:
+    """Return a mesh with other colours, for the rest of the package."""
+    return mesh._with_colors(colors)
 
 
 def content_of(mesh: Mesh) -> int:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._values import arguments, colors
 from ..errors import ArgumentError
 
-__all__ = ["densities", "directions_of", "of_vertices", "places"]
+__all__ = ["densities", "directions_of", "of_vertices", "places", "sampled"]
 
 BRIGHTEST = 1e6
 DENSEST = 1e6
@@ -90,9 +90,9 @@ def _given(uv: NDArray[np.float32] | None, argument: str) -> NDArray[np.float32]
 
 
 def _read(
-    picture: NDArray[np.uint8],
-    uv: NDArray[np.float32],
-    value: Callable[[NDArray[np.uint8]], NDArray[np.float64]],
+    picture: NDArray[Any],
+    uv: NDArray[Any],
+    value: Callable[[NDArray[Any]], NDArray[np.float64]],
 ) -> NDArray[np.float32]:
     """Interpolate the values of the four nearest pixels at each texture coordinate."""
     height, width, _ = picture.shape
@@ -108,6 +108,11 @@ def _read(
     below = pixel(column, row + 1) * (1 - right) + pixel(column + 1, row + 1) * right
     mixed: NDArray[np.float32] = (above * (1 - down) + below * down).astype(np.float32)
     return mixed
+
+
+def sampled(picture: NDArray[np.float32], uv: NDArray[Any]) -> NDArray[np.float32]:
+    """Return a picture of numbers, (height, width, 3), at each texture coordinate."""
+    return _read(picture, uv, lambda pixels: pixels.astype(np.float64))
 
 
 def _rows(argument: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float32]:

@@ -267,7 +267,7 @@ def test_exr_has_half_floats_and_all_layers_and_is_compressed(tmp_path, layered,
         read = {name: channel.pixels for name, channel in file.channels().items()}
     floats = {name: pixels.dtype.itemsize for name, pixels in read.items()}
     velocity = {f"velocity.{axis}": 2 for axis in "XYZ"}
-    assert floats == {"R": 2, "G": 2, "B": 2, "depth.Z": 4, "alpha.A": 2, **velocity}
+    assert floats == {"R": 2, "G": 2, "B": 2, "A": 2, "depth.Z": 4, "alpha.A": 2, **velocity}
     for i, name in enumerate("RGB"):
         assert np.array_equal(read[name], light[:, :, i].astype(np.float16))
     assert np.array_equal(read["depth.Z"], layered.layer("depth"))

@@ -6,6 +6,7 @@ So a checkout with such a wheel is installed in seconds, without a compiler, by 
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,6 @@ from scikit_build_core.build import (
     get_requires_for_build_editable,
     get_requires_for_build_sdist,
     prepare_metadata_for_build_editable,
-    prepare_metadata_for_build_wheel,
 )
 
 __all__ = [
@@ -36,6 +36,18 @@ __all__ = [
 def get_requires_for_build_wheel(config_settings: Mapping[str, Any] | None = None) -> list[str]:
     """Return what the build needs: CMake and Ninja, where there are none and a build is needed."""
     return [] if wheel_of(config_settings) else build.get_requires_for_build_wheel(config_settings)
+
+
+def prepare_metadata_for_build_wheel(
+    metadata_directory: str, config_settings: Mapping[str, Any] | None = None
+) -> str:
+    """Write the wheel's metadata; return the name of their folder."""
+    if (made := wheel_of(config_settings)) is None:
+        return build.prepare_metadata_for_build_wheel(metadata_directory, config_settings)
+    with zipfile.ZipFile(made) as archive:
+        names = [name for name in archive.namelist() if name.split("/")[0].endswith(".dist-info")]
+        archive.extractall(metadata_directory, names)
+    return names[0].split("/")[0]
 
 
 def build_wheel(

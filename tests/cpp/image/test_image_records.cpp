@@ -193,7 +193,7 @@ TEST(image_particles_that_cannot_be_seen_are_culled) {
 
 TEST(image_empty_systems_give_empty_messages) {
   const auto bytes = message(Cloud(0), {}, small_view());
-  CHECK(bytes.size() == sizeof(RecordsHead) + 24);  // and the sprite
+  CHECK(bytes.size() == sizeof(RecordsHead) + 32);  // and the sprite
   CHECK(RecordsView(bytes).count() == 0);
   Drawn nowhere;
   nowhere.count = 5;
@@ -305,7 +305,7 @@ TEST(image_malformed_records_are_refused) {
   auto longer = good;
   longer.push_back(std::byte{0});
   CHECK_THROWS(RecordsView(longer), std::runtime_error);
-  constexpr std::size_t kSprite = sizeof(RecordsHead), kOffsets = kSprite + 24;
+  constexpr std::size_t kSprite = sizeof(RecordsHead), kOffsets = kSprite + 32;
   for (const std::size_t at : {offsetof(RecordsHead, magic),
                                offsetof(RecordsHead, sprite_bytes),
                                offsetof(RecordsHead, layout),
@@ -348,7 +348,7 @@ TEST(image_malformed_records_are_refused) {
 TEST(image_nonsense_positions_stay_inside_memory) {
   const View view = small_view();
   auto bytes = message(random_cloud(2000, 5), {Sprite::Kind::disc, 15}, view);
-  const std::size_t header = sizeof(RecordsHead) + 24 + 4 * 13;
+  const std::size_t header = sizeof(RecordsHead) + 32 + 4 * 13;
   std::uint32_t state = 1;
   for (std::size_t i = header; i < bytes.size(); ++i) {
     state = state * 1664525u + 1013904223u;

@@ -133,8 +133,8 @@ TEST(image_messages_carry_what_painters_need_of_a_sprite) {
   CHECK(RecordsView(bytes).sprite() == seen);
   for (const Sprite& other : variations(leaf)) {
     const bool dropped = painted(other) == painted(leaf);
-    CHECK(dropped ==
-          (other.lit != leaf.lit || other.shadow != leaf.shadow || other.sheet()->pick != leaf.sheet()->pick));
+    CHECK(dropped == (other.lit != leaf.lit || other.shadow != leaf.shadow || !(other.finish == leaf.finish) ||
+                      other.sheet()->pick != leaf.sheet()->pick));
   }
 }
 

@@ -41,26 +41,28 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, An
 
     async def lecturer(url: str) -> None:
         async with Page.of(url) as page:
-            await page.value("view.say({ step: 9 })")  # the page may be slower than the frames
-            await page.until("view.state.frame > 5")
+            await page.until("view.state.paused")
+            await page.value("view.say({ step: 8 })")
+            await page.until("view.state.frame === 8", 60)
             await page.click("[data-part=board] summary")
-            await page.until("view.board.told.frame > 5", 60)
+            await page.until("view.board.told.frame > 3", 60)
             assert await page.value("view.state.balancer") == "Static()"
+            await page.value("window.at = view.state.frame")
             choose = "(s => { s.value = 'Pairwise'; s.dispatchEvent(new Event('change')) })"
             await page.value(f"{choose}(document.querySelector('[data-part=kind]'))")
             await page.value("document.querySelector('[data-option=threshold]').value = '0.02'")
             await page.value("document.querySelector('[data-part=apply]').click()")
-            await page.value("view.say({ step: 9 })")
             await page.until("view.state.balancer.startsWith('Pairwise(threshold=0.02')")
+            await page.value("view.say({ step: 1 })")
+            await page.until("view.state.frame > window.at")
             slow = "(i => { i.value = 0.3; i.oninput(); i.onchange() })"
             await page.value(f"{slow}(document.querySelector('[data-speed=\"2\"]'))")
-            await page.value("view.say({ step: 9 })")
             await page.until("view.state.speeds['2'] === 0.3")
+            await page.value("view.say({ pause: false })")
             await page.value("document.querySelector('[data-part=domains]').click()")
             await page.until("!view.board.overlay.hidden")
             await page.value("view.say({ balancer: 'Nobody()' })")
             await page.until("view.refusal.includes('Nobody')")
-            await page.value("view.say({ pause: false })")
             await page.until("view.state.finished && view.board.told.frame === view.state.total - 1", 90)
             await page.value("view.say({ stop: true })")
             await page.until("view.state.job === 'ended'")
@@ -72,7 +74,7 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, An
             seen["course"] = await page.value("view.board.told.course")
             assert page.complaints == []
 
-    with live(scene, folder, FRAMES, OPTIONS, ranks=3, options=("--wait", "--paused")) as command:
+    with live(scene, folder, FRAMES, OPTIONS, ranks=3, options=("--paused",)) as command:
         asyncio.run(lecturer(command.url))
     return folder, seen
 

@@ -105,8 +105,9 @@ class Desk extends View {
     this.say({ seek: frame });
   }
 
+  // While the film plays, a frame that comes late is better than none.
   paint(frame, file) {
-    this.draw(file, { frame, number: 0, exact: false }, () => this.at === frame);
+    this.draw(file, { frame, number: 0, exact: false }, () => this.at === frame || Boolean(this.playing && this.at !== null));
   }
 
   toggle() {

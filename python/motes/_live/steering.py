@@ -77,6 +77,11 @@ class Steering:
         """Return the value that a control will have in the next frame."""
         return self._changes.get(name, self._values[name])
 
+    def wished_balancing(self) -> tuple[str | None, dict[str, float]]:
+        """Return the balancer and the speeds that viewers have chosen for the next frame."""
+        chosen = self._balancing.get("balancer", self.balancer)
+        return chosen, {**self.speeds, **self._balancing.get("speeds", {})}
+
     # --- what all ranks hear
 
     @property

@@ -78,5 +78,6 @@ def menu(session: Session) -> dict[str, Any]:
 def state(session: Session, steering: Steering) -> dict[str, Any]:
     """Return how the run is balanced now."""
     given = {str(rank): speed for rank, speed in session.settings.speeds.items()}
-    chosen = steering.balancer or balance.policy_of(session.settings.balancer).name
-    return {"balancer": chosen, "speeds": {**given, **steering.speeds}}
+    chosen, speeds = steering.wished_balancing()
+    own = chosen or balance.policy_of(session.settings.balancer).name
+    return {"balancer": own, "speeds": {**given, **speeds}}

@@ -117,6 +117,7 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     configure = [
         *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
         *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_UNITY=ON", f"-DMOTES_MPI={mpi}", *_compiled()),
+        f"-DCMAKE_BUILD_RPATH={sys.prefix}/lib",  # where a program finds the environment's MPI
     ]
     folder.mkdir(parents=True, exist_ok=True)
     cache = folder / "CMakeCache.txt"

@@ -385,11 +385,15 @@ void bind_facts(py::module_& m) {
     return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
   });
   m.def("take_rows", &take_rows, py::arg("rows"), py::arg("order"), py::arg("into"));
+  m.def(
+      "use_mpi", &comm::use_mpi, py::arg("module"), py::arg("world"),
+      "Use the MPI library that a loaded module is linked to; return the name of its ABI. `world`: the module's number "
+      "of COMM_WORLD, once MPI has started.");
   m.def("mpi_version", &comm::library_version);
   m.def("forget_mpi", &comm::forget_mpi,
         "Keep a process that was forked by a rank from calling MPI_Finalize; False if that is not possible.");
   m.def("mpi_can_survive", &comm::mpi_can_survive,
-        "Whether the core was built for an MPI in which the other ranks can continue when one is lost.");
+        "Whether the library is one in which the other ranks can continue when one is lost.");
 }
 
 }  // namespace
@@ -415,6 +419,8 @@ void bind_engine(py::module_& m) {
       .def("wall_force", &Engine::wall_force, py::arg("wall"), Release())
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, recording::Birth birth) { e.record(system, std::move(birth)); })
+      .def("set_policy", [](Engine& e, std::shared_ptr<balance::Policy> policy) { e.set_policy(std::move(policy)); })
+      .def("set_speed", &Engine::set_speed, py::arg("speed"))
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
       .def("set_clumps",
            [](Engine& e, int system, actions::TableKey spheres) { e.system(system).outside.clumps = spheres; })

@@ -125,6 +125,7 @@ void bind_view(py::module_& m) {
   view.def("set_exposure", [](View& v, float exposure) { v.exposure = exposure; }, py::arg("exposure"));
   view.def("set_path", [](View& v, const std::string& name) { v.path = image::path_named(name); }, py::arg("name"));
   view.def("set_shutter", [](View& v, float part) { v.shutter = part; }, py::arg("part"));
+  view.def("set_bare", [](View& v, bool bare) { v.bare = bare; }, py::arg("bare"));
   view.def("set_full_height", [](View& v, int pixels) { v.full_height = pixels; }, py::arg("pixels"));
   view.def("set_bloom", [](View& v, float part) { v.bloom = part; }, py::arg("part"));
   view.def("set_smooth", [](View& v, bool smooth) { v.smooth = smooth; }, py::arg("smooth"));

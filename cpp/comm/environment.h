@@ -1,10 +1,16 @@
 // MPI for standalone programs; under Python, mpi4py starts and ends it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace motes::comm {
+
+/// Makes the engine use the MPI library that a loaded module of this process is linked to. `module`: its path; `world`:
+/// MPI_Comm_c2f(MPI_COMM_WORLD) as the module knows it, once MPI has started. Returns the name of the library's ABI.
+/// Throws CommError if it is unknown.
+std::string use_mpi(const std::string& module, std::optional<int> world);
 
 /// Returns the name and version of the MPI library in use.
 std::string library_version();
@@ -16,7 +22,8 @@ bool forget_mpi();
 /// MPI from its start to its end: one per program.
 class Environment {
  public:
-  /// Starts MPI. Throws CommError if it cannot.
+  /// Starts MPI: the library that the program is linked to, that MPI4PY_LIBMPI names, or that the dynamic linker finds.
+  /// Throws CommError if it cannot.
   Environment(int& argc, char**& argv);
   /// Collective. Ends MPI: waits for the other ranks.
   ~Environment();

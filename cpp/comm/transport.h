@@ -1,5 +1,5 @@
-// The interface below the conversations: how bytes travel between ranks. Implemented by MPI (mpi_transport.cpp), by
-// SimGrid's simulated MPI (smpi_transport.cpp) and by ranks that are threads of one process (simulated_ranks.h).
+// The interface below the conversations: how bytes travel between ranks. Implemented by MPI (mpi/transport.cpp), by
+// SimGrid's simulated MPI (mpi/smpi_transport.cpp) and by ranks that are threads of one process (simulated_ranks.h).
 #pragma once
 
 #include <memory>

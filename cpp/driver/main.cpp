@@ -15,6 +15,7 @@
 #include "base/sha256.h"
 #include "comm/clock.h"
 #include "comm/environment.h"
+#include "comm/errors.h"
 #include "comm/last_words.h"
 #include "comm/mpi_transport.h"
 #include "driver/files.h"
@@ -255,4 +256,11 @@ int main(int argc, char** argv) {
 }  // namespace motes::driver
 
 // Visible, since a simulator loads the program as a library and looks for main.
-[[gnu::visibility("default")]] int main(int argc, char** argv) { return motes::driver::main(argc, argv); }
+[[gnu::visibility("default")]] int main(int argc, char** argv) {
+  try {
+    return motes::driver::main(argc, argv);
+  } catch (const motes::comm::CommError& error) {  // MPI cannot start
+    motes::driver::complain(error.what());
+    return 1;
+  }
+}

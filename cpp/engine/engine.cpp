@@ -23,6 +23,15 @@ void check_tie(const actions::Action& tie, const std::vector<recording::Item>& l
   }
 }
 
+// Returns how a calculator measures its speed for the policy.
+balance::SpeedOptions speed_options(const Rank& rank) {
+  balance::SpeedOptions speeds;
+  if (rank.settings.policy) speeds = rank.settings.policy->speeds;
+  const double least = static_cast<double>(speeds.min_particles) / rank.settings.costs.messages.scale;
+  speeds.min_particles = static_cast<std::uint64_t>(least);
+  return speeds;
+}
+
 }  // namespace
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
@@ -42,15 +51,18 @@ int Engine::add_system(recording::SystemDefinition definition) {
     system->waits_for_fit = followed.waits_for_fit;
   }
   auto here = std::make_unique<Population>(system->schema);
-  balance::SpeedOptions speeds;
-  if (parts_->rank.settings.policy) speeds = parts_->rank.settings.policy->speeds;
-  const double least = static_cast<double>(speeds.min_particles) / parts_->rank.settings.costs.messages.scale;
-  speeds.min_particles = static_cast<std::uint64_t>(least);
-  here->speeds = balance::Speeds(1, speeds);
+  here->speeds = balance::Speeds(1, speed_options(parts_->rank));
   parts_->script.systems.push_back(std::move(system));
   parts_->calculator.populations.push_back(std::move(here));
   parts_->manager.systems.emplace_back();
   return static_cast<int>(index);
+}
+
+void Engine::set_policy(balance::PolicyPtr policy) {
+  policy->check(parts_->rank.session.calculators());
+  parts_->rank.settings.policy = std::move(policy);
+  for (const auto& here : parts_->calculator.populations)
+    here->speeds = balance::Speeds(1, speed_options(parts_->rank));
 }
 
 void Engine::set_sprite(int index, const image::Sprite& sprite) {

@@ -41,6 +41,11 @@ class Engine {
   /// Defines a system; its index is the same on all ranks that make the same calls.
   int add_system(recording::SystemDefinition definition);
   System& system(int index) { return *parts_->script.systems[static_cast<std::size_t>(index)]; }
+  /// Balances with another policy from the next frame on; speeds are measured anew. All ranks make the same call,
+  /// between two frames. Throws std::invalid_argument if the policy cannot work with this many calculators.
+  void set_policy(balance::PolicyPtr policy);
+  /// Slows this rank down to a fraction 0..1 of its speed, or ends that: 1.
+  void set_speed(double speed) { parts_->rank.machine.set_speed(speed); }
   /// Sets how a system's particles are drawn. Throws std::invalid_argument if they cannot be drawn that way.
   void set_sprite(int index, const image::Sprite& sprite);
   int system_count() const { return static_cast<int>(parts_->script.systems.size()); }

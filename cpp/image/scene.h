@@ -156,6 +156,7 @@ struct View {
   bool linear = false;  // the picture's linear light is kept in addition to its pixels
   std::uint8_t layers = 0;  // kDepthLayer | kAlphaLayer | kVelocityLayer
   int full_height = 0;  // above 0: a preview of a picture of this height: the diameters of sprites, px, are that one's
+  bool bare = false;  // objects and sky give light and hide what is behind them, but are black
   std::optional<Camera> before;  // the previous frame's camera; set by the engine
 
   bool operator==(const View&) const = default;
@@ -165,7 +166,7 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
         view.sun, view.sun_color, view.sun_power, view.sun_size, view.lights, view.path, view.shutter, view.bloom,
-        view.smooth, view.linear, view.layers, view.full_height, view.before);
+        view.smooth, view.linear, view.layers, view.full_height, view.bare, view.before);
 }
 
 /// Greatest number of past positions that a ribbon passes through.

@@ -37,6 +37,27 @@ def world() -> motes.World:
 # --- World.control
 
 
+def test_a_colour_is_six_digits_and_a_group_is_told():
+    made = world()
+    tint = made.control("tint", "Orange", group="Look")
+    assert tint.value == "#ffa500" and tint.group == "Look"
+    assert tint._definition == {"value": "#ffa500", "group": "Look"}
+    assert motes.World(seed=1).control("c", "#abc").value == "#aabbcc"
+    assert tint._settled("#00ff00") == "#00ff00"
+    for wrong in ("orange", "#00FF00", "#0f0", 3, None, True, ["#00ff00"]):
+        with pytest.raises(ValueError, match="'tint' must be a colour such as '#ff8800'"):
+            tint._settled(wrong)
+    for options, told in (
+        ({"value": "oragne"}, "did you mean 'orange'"),
+        ({"value": "#12345"}, "a colour"),
+        ({"value": "red", "step": 1}, "step must be left out for a control of a colour"),
+        ({"value": True, "group": ""}, "group must be a printable string"),
+        ({"value": True, "group": 3}, "group must be a printable string"),
+    ):
+        with pytest.raises(errors.ArgumentError, match=told):
+            made.control("other", **options)
+
+
 def test_a_control_has_its_first_value_and_cannot_be_assigned():
     wind = world().control("wind", 0.5, low=-2, high=2, step=0.1)
     assert (wind.value, wind.name, wind.low, wind.high, wind.step, wind.choices) == (
@@ -72,6 +93,7 @@ def test_a_control_is_not_tested_in_place_of_its_value():
         ({"value": np.True_}, bool),
         ({"value": "a", "choices": ["a", "b"]}, str),
         ({"value": 2, "choices": (1, 2, 4)}, int),
+        ({"value": "orange", "group": "Look"}, str),
     ],
 )
 def test_a_value_is_of_the_kind_that_was_given(arguments, kind):

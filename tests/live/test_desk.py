@@ -19,6 +19,8 @@ from viewers import Client
 from motes._desk import script as scripts
 from motes._desk.film import Film, Shot
 from motes._desk.script import Script
+from motes.cli import live as live_command
+from motes.cli.parser import Parser
 
 SCENE = Path(__file__).parents[1] / "scenes" / "steered.py"
 SHOWN = "Number(document.querySelector('[data-part=picture]').dataset.frame)"
@@ -260,6 +262,16 @@ def test_a_run_that_nobody_watches_ends_the_command(tmp_path):
     wrong.write_text("raise SystemExit(3)")
     with live(wrong, ranks=1) as command:
         assert command.ended() == 3
+
+
+def test_options_of_run_reach_each_job():
+    parser = Parser(prog="live")
+    live_command.configure(parser)
+    args = parser.parse_args(
+        ["-n", "3", "--survive", "--restarts", "2", "--paused", "--", "--x", "snow.py", "-n", "9"]
+    )
+    assert live_command._words(args) == ["--ranks", "3", "--survive", "--restarts", "2"]
+    assert live_command._words(parser.parse_args(["-n", "1", "snow.py"])) == ["--ranks", "1"]
 
 
 # --- the film

@@ -188,7 +188,7 @@ def test_another_script_is_refused_unless_told_otherwise(steered, tmp_path):
         (lambda lines: [*lines, f'{{"frame": {2**70}, "set": {{}}}}'], "must have a frame"),
         (lambda lines: [*lines, "[3]"], "is not a JSON object"),
         (lambda lines: [*lines, '{"frame": -1, "set": {}}'], "must have a frame"),
-        (lambda lines: [*lines, '{"frame": 900, "sett": {}}'], "must have a frame, and set, camera or stop"),
+        (lambda lines: [*lines, '{"frame": 900, "sett": {}}'], "set, camera, balancer, speeds or stop"),
         (lambda lines: [*lines, '{"frame": 900, "set": 3}'], "sets or stops nothing"),
         (lambda lines: [*lines, '{"frame": 900, "camera": {"position": 1}}'], "a camera must have position"),
         (lambda lines: [*lines, lines[1]], "comes after a later one"),

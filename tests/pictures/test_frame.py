@@ -9,6 +9,7 @@ import zlib
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from motes import _core
 from motes._io import png
@@ -266,7 +267,7 @@ def test_exr_has_half_floats_and_all_layers_and_is_compressed(tmp_path, layered,
         read = {name: channel.pixels for name, channel in file.channels().items()}
     floats = {name: pixels.dtype.itemsize for name, pixels in read.items()}
     velocity = {f"velocity.{axis}": 2 for axis in "XYZ"}
-    assert floats == {"R": 2, "G": 2, "B": 2, "depth.Z": 4, "alpha.A": 2, **velocity}
+    assert floats == {"R": 2, "G": 2, "B": 2, "A": 2, "depth.Z": 4, "alpha.A": 2, **velocity}
     for i, name in enumerate("RGB"):
         assert np.array_equal(read[name], light[:, :, i].astype(np.float16))
     assert np.array_equal(read["depth.Z"], layered.layer("depth"))
@@ -321,5 +322,22 @@ def test_names_that_no_file_can_have_are_refused_on_every_rank(frame, elsewhere,
 
 def test_an_unknown_suffix_is_refused_on_every_rank(tmp_path, frame, elsewhere):
     for one in (frame, elsewhere):
-        with pytest.raises(ArgumentError, match=r"must be a name ending in .png, .npy or .exr, got"):
-            one.save(tmp_path / "a.jpg")
+        with pytest.raises(
+            ArgumentError, match=r"must be a name ending in .png, .jpg, .webp, .exr or .npy, got"
+        ):
+            one.save(tmp_path / "a.tiff")
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".JPEG", ".webp"])
+def test_pictures_for_the_web(suffix: str, tmp_path, elsewhere):
+    rows, columns = np.mgrid[:60, :80]
+    pixels = np.stack([3 * columns, 4 * rows, 255 - 3 * columns], axis=2).astype(np.uint8)
+    Frame(0, 0.0, pixels).save(tmp_path / f"a{suffix}")
+    elsewhere.save(tmp_path / f"b{suffix}")  # touches no file
+    assert [path.name for path in tmp_path.iterdir()] == [f"a{suffix}"]
+    picture = Image.open(tmp_path / f"a{suffix}")
+    assert picture.format == ("WEBP" if suffix == ".webp" else "JPEG")
+    error = np.abs(np.asarray(picture.convert("RGB")).astype(int) - pixels)
+    assert error.max() == 0 if suffix == ".webp" else error.max() < 12 and error.mean() < 1.5
+    with pytest.raises(ArgumentError, match="only for a name ending in .png"):
+        elsewhere.save(tmp_path / f"b{suffix}", bits=16)

@@ -123,7 +123,7 @@ def test_a_text_that_is_nearly_allowed_is_answered_by_it(option: tuple[str, str]
 
 def test_no_option_is_any_text():
     """Plain `str` parameters are only names, paths and sentences."""
-    names = "attribute argument axes column extra field name names need package student system text"
+    names = "attribute argument axes column extra field group name names need package student system text"
     sentences = "about action allowed description hint key line missing printed problem role size space url"
     plain = {*names.split(), *sentences.split(), "host"}
     taken = {

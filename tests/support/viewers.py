@@ -46,6 +46,7 @@ class Client:
         self.state: dict[str, Any] = {}
         self.pictures: list[tuple[int, int, int, int, int]] = []  # number, frame, orders, kind, bytes
         self.refusals: list[str] = []
+        self.board: dict[str, Any] = {}
         self.last = b""
         self.acknowledges = True
         self._news = asyncio.Condition()
@@ -100,6 +101,8 @@ class Client:
         said = json.loads(message)
         if "refused" in said:
             self.refusals.append(said["refused"])
+        elif "board" in said:
+            self.board = said["board"]
         else:
             self.state = said
 

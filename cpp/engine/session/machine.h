@@ -13,6 +13,8 @@ class Machine {
   Machine(const Settings& settings, const threads::Pool& pool)
       : wall_clock_(settings.wall_clock), speed_(settings.speed), costs_(settings.costs), pool_(&pool) {}
 
+  void set_speed(double speed) { speed_ = speed; }
+
   const Costs& costs() const { return costs_; }
 
   /// Returns the seconds of work so far, by the clock chosen for the run. CPU time is divided by the number of threads:

@@ -52,11 +52,15 @@ void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_
   for (int y = 0; y < area_.height; ++y) std::fill_n(planes_.light + y * kLightStride, 3 * area_.width, kUnit);
   ordered_.sort(hiding);  // rounding depends on the order
   for (const Piece& run : ordered_.runs()) blend(run);
+  const Scenery& scenery = scene_->scenery();
+  const bool holds_out = scenery.view().bare && scenery.occupied(area_.tile);  // solids are not in the picture
   for (int y = 0; y < area_.height; ++y, alphas += row_floats) {
+    const std::uint32_t* solid = holds_out ? scenery.depth(area_.x, area_.y + y) : nullptr;
     const std::uint32_t* light = planes_.light + y * kLightStride;
     const std::uint32_t* depth = planes_.depth + y * kPixelStride;
     for (int x = 0; x < area_.width; ++x) {
-      const bool surface = planes_.hides && depth[x] != Scenery::kNothing;
+      const bool hides = planes_.hides && depth[x] != Scenery::kNothing;
+      const bool surface = hides && (solid == nullptr || depth[x] != solid[x]);
       alphas[x] = surface ? 1 : 1 - static_cast<float>(light[3 * x] / double{kUnit});
     }
   }

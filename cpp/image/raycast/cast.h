@@ -96,6 +96,7 @@ struct ShadeView {
   SkyLanes sky;
   Ambient ambient;
   bool has_images;  // any material has an image
+  bool bare;  // what is met is black
   bool reflects;  // any material's finish does
   // What rays meet behind glass, and the glass. If there is any, the solids before lights are all that cast shadows.
   const CastSolid *opaque, *glass;

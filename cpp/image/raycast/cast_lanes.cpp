@@ -106,6 +106,11 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     const Ints surface = load_ints(from.surface + i);
     Shading at{};
     at.seen = (surface != 0) & first_lanes(count - i);
+    if (view.bare) {
+      store3(to.light, i, Floats3{});
+      store_uints(to.shadows + i, Uints{});
+      continue;
+    }
     if (!plain) background = sky_light(view.sky, directions(view.cast, x + i, y + i), first_lanes(count - i));
     if (!any(at.seen) && view.glass_count == 0) {
       store3(to.light, i, background);

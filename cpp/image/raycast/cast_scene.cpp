@@ -214,6 +214,7 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
   put(cross(across, sun_) * sun_spread_, shade_.sun_up);
   shade_.sky = sky_lanes(view);
   shade_.ambient = ambient(view);
+  shade_.bare = view.bare;
   shade_.has_images = std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.image; });
   shade_.reflects =
       std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.finish.reflects(); });

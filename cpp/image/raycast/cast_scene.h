@@ -17,7 +17,7 @@ class CastScene {
   explicit CastScene(const View& view, const ShadowGrids* shadows = nullptr);
 
   /// Returns whether the background has more than one colour.
-  bool has_sky() const { return view_.sky.kind != Sky::Kind::none; }
+  bool has_sky() const { return view_.sky.kind != Sky::Kind::none && !view_.bare; }
 
   /// Returns the view with only the objects that may be visible in a part of the image, in px from its top left corner.
   /// Valid until the next call.

@@ -23,7 +23,7 @@ bool same_forms(const View& a, const View& b) {
     return x.mesh == y.mesh && x.shape == y.shape && (x.glass > 0) == (y.glass > 0);
   };
   return a.width == b.width && a.height == b.height && a.camera == b.camera && a.smooth == b.smooth &&
-         (a.sky.kind == Sky::Kind::none) == (b.sky.kind == Sky::Kind::none) &&
+         (a.sky.kind == Sky::Kind::none) == (b.sky.kind == Sky::Kind::none) && a.bare == b.bare &&
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
 }
 
@@ -55,7 +55,7 @@ void Scenery::prepare(const View& view, std::size_t workers, const ShadowGrids* 
   blurs_ = scenery_blurs(view);
   shadows_ = shadows;
   grid_ = {view.width, view.height};
-  for (std::size_t c = 0; c < 3; ++c) background_[c] = to_sum(view.background[c]);
+  for (std::size_t c = 0; c < 3; ++c) background_[c] = view.bare ? 0 : to_sum(view.background[c]);
   tiles_.resize(index(grid_.tiles()));
   const Lens through = lens(view);
   for (std::size_t axis = 0; axis < 3; ++axis) {

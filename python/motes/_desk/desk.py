@@ -25,6 +25,7 @@ from .._live.site import Site
 from .._live.viewer import Viewer
 from .._values.live import Live
 from ..errors import MotesError
+from .board import Board
 from .film import Film, Shot
 from .job import Job
 from .script import Script
@@ -34,10 +35,11 @@ __all__ = ["Desk", "Start"]
 SHOWN_LINES = 40  # of output
 LEAVE_S = 5.0  # from the last page's end until the run is left alone; a reloaded page comes back sooner
 OFFER_S = 1 / 60  # between two pictures for a page
+BOARD_S = 0.4  # between two looks at the log
 ROWS = 100  # in one order: it must fit into a viewer's message
 _HEADER = struct.Struct("<4sIIII")
 _FROM_FILM = 2  # kind of picture: from the film
-_TO_RUN = ("orbit", "pan", "zoom", "camera", "set", "pause", "step", "pace", "stop")
+_TO_RUN = ("orbit", "pan", "zoom", "camera", "set", "pause", "step", "pace", "stop", "balancer", "speeds")
 
 
 class Start(NamedTuple):
@@ -84,6 +86,8 @@ class Desk(Site):
         self._job: Job | None = None
         self._take = 0
         self._newest: Encoded | None = None
+        self._count = 0  # of pictures, over all runs
+        self._counted = (0, 0)  # the take and the number of the last one
         self._told: dict[str, Any] = {}  # the run's last state
         self._facts: dict[str, Any] = {"reloads": start.reload, "error": None, "notice": None}
         self._rows: list[dict[str, Any]] = []  # what has changed in this take, as in steer.jsonl
@@ -94,6 +98,8 @@ class Desk(Site):
         self._looked_at = False  # whether a page was ever open
         self._empty_since = 0.0
         self._offered_s = 0.0
+        self._boards: set[Viewer] = set()  # viewers who see the blackboard
+        self._board: Board | None = None
         self._tasks: set[asyncio.Task[Any]] = set()
         self._goals: list[dict[str, Any]] = []  # what brings a run to its goal
         self._code = 0
@@ -182,7 +188,7 @@ class Desk(Site):
         tell(f"motes: the run has {'failed' if failed else 'ended'}; its page stays until Ctrl-C: {self.url}")
 
     def _go_back(self) -> bool:
-        """Start the last good script in place of a failed one; return whether there is one."""
+        """Start the last good script in place of one that failed on its way; return whether there is one."""
         good = None if self._script is None else self._script.starts_good()
         if good is None:
             return False
@@ -212,6 +218,8 @@ class Desk(Site):
         orders = [{"set": {name: control["value"]}} for name, control in state.get("controls", {}).items()]
         if state.get("turned") and state.get("camera"):
             orders.append({"camera": state["camera"]})
+        for row in self._rows:
+            orders += [{name: row[name]} for name in ("balancer", "speeds") if name in row]
         return [] if state.get("repeats") else orders
 
     def _on(self) -> list[dict[str, Any]]:
@@ -300,10 +308,11 @@ class Desk(Site):
         _, number, frame, _, kind = _HEADER.unpack_from(picture)
         if kind == 0:
             self._film.add(frame, Shot(self._take, picture[_HEADER.size :]))
-        # Numbers of several runs must grow: each begins with 1.
-        number += (self._take - 1) << 24
-        message = _HEADER.pack(MAGIC, number, *_HEADER.unpack_from(picture)[2:]) + picture[_HEADER.size :]
-        self._newest = Encoded(number, kind == 1, message)
+        if (self._take, number) != self._counted:  # each run counts from 1; a picture may come twice
+            self._counted = self._take, number
+            self._count += 1
+        head = _HEADER.pack(MAGIC, self._count, *_HEADER.unpack_from(picture)[2:])
+        self._newest = Encoded(self._count, kind == 1, head + picture[_HEADER.size :])
         self._offer()
 
     def printed(self, job: Job) -> None:
@@ -326,6 +335,7 @@ class Desk(Site):
             self._job.connect()
 
     def _left(self, viewer: Viewer) -> None:
+        self._boards.discard(viewer)
         if not self._viewers:
             self._empty_since = time.monotonic()
             self._loop.call_later(LEAVE_S, self._leave)
@@ -378,6 +388,8 @@ class Desk(Site):
         elif name == "reloads" and isinstance(wish, bool):
             self._facts["reloads"] = wish
             self._changed()
+        elif name == "board" and isinstance(wish, bool):
+            self._show_board(viewer, wish)
         elif name == "dismiss" and wish is True:
             self._facts["error"] = None
             self._changed()
@@ -394,7 +406,10 @@ class Desk(Site):
         elif name == "set":
             self._wish(order["set"])
         else:
-            raise ValueError("the run has ended; Restart begins it again")
+            starting = self._facts["job"] == "starting"
+            raise ValueError(
+                "the run is just starting" if starting else "the run has ended; Restart begins it again"
+            )
 
     def _wish(self, wishes: Any) -> None:
         """Note values for the next run; it checks them."""
@@ -416,6 +431,26 @@ class Desk(Site):
             )
         _, shot = found
         viewer.send(_HEADER.pack(MAGIC, shot.take, frame, 0, _FROM_FILM) + shot.data)
+
+    def _show_board(self, viewer: Viewer, wish: bool) -> None:
+        """Show a viewer the blackboard, or no longer. Somebody must look: else no log is read."""
+        if not wish:
+            self._boards.discard(viewer)
+        elif viewer not in self._boards:
+            self._boards.add(viewer)
+            if len(self._boards) == 1:
+                self._do(self._draw_boards())
+
+    async def _draw_boards(self) -> None:
+        """Read the run's log and tell those who look, until nobody does."""
+        while self._boards:
+            log, last = self._state.get("log"), self._facts["job"] in ("ended", "failed")
+            if self._board is None or self._board.take != self._take or str(self._board.path) != log:
+                self._board = None if log is None or self._job is None else Board(Path(log), self._take)
+            told = {"missing": True} if self._board is None else await self._board.look(last=last)
+            for viewer in self._boards:
+                viewer.note(_text({"board": told}))
+            await asyncio.sleep(BOARD_S)
 
     def _once(self, work: Any) -> None:
         """Do what must not be done twice at a time."""

@@ -16,7 +16,7 @@ from .job import Job
 __all__ = ["Script"]
 
 LOOK_S = 0.25
-REHEARSAL_S = 30.0
+REHEARSAL_S = 60.0
 FRAMES = 2
 
 

@@ -13,14 +13,21 @@ from fractions import Fraction
 from pathlib import Path
 from typing import IO, Any
 
-__all__ = ["FORMATS", "SegmentFile", "copy_whole", "extradata", "groups", "numbered"]
+import numpy as np
+from numpy.typing import NDArray
 
-FORMATS = {".mp4": "mp4", ".mkv": "matroska", ".mov": "mov"}
+__all__ = ["FORMATS", "LOOPS", "SegmentFile", "copy_whole", "extradata", "groups", "numbered", "pixels_of"]
+
+FORMATS = {".mp4": "mp4", ".mkv": "matroska", ".mov": "mov", ".webm": "webm"}
 """Suffixes of films -> FFmpeg's names of their formats."""
+
+LOOPS = (".gif", ".webp")
+"""Suffixes of loops, which are written at the end, from a film without loss."""
 
 _DELAY = 2
 """Frames by which decoding precedes display, as H.264 with a pyramid of B-frames needs."""
 
+_EBML = ("matroska", "webm")
 _CLUSTER = 0x1F43B675
 _SEGMENT = 0x18538067
 
@@ -35,7 +42,7 @@ class SegmentFile:
         self._kind = kind
         self._buffer = io.BytesIO()
         options = {"live": "1"}
-        if kind != "matroska":
+        if kind not in _EBML:
             # A head with an edit list, which needs the first packet; continuous time over segments; no index.
             flags = "frag_custom+empty_moov+delay_moov+default_base_moof+frag_discont+skip_trailer"
             options = {"movflags": flags, "fragment_index": str(number)}
@@ -45,7 +52,7 @@ class SegmentFile:
         """Return the head of a film that begins with this segment, and the segment."""
         self.container.close()
         data = self._buffer.getvalue()
-        at = _body_of_matroska(data) if self._kind == "matroska" else _body_of_mp4(data)
+        at = _body_of_matroska(data) if self._kind in _EBML else _body_of_mp4(data)
         return data[:at], data[at:]
 
 
@@ -146,7 +153,7 @@ def copy_whole(source: IO[bytes], draft: Path, kind: str, rate: Fraction) -> int
     """Write the packets of a fragmented film into a regular file, with an index; return their number."""
     import av
 
-    options = {} if kind == "matroska" else {"movflags": "+faststart"}  # plays before it is fully loaded
+    options = {} if kind in _EBML else {"movflags": "+faststart"}  # plays before it is fully loaded
     count = 0
     with (
         av.open(source, "r", format=kind) as film,
@@ -159,6 +166,16 @@ def copy_whole(source: IO[bytes], draft: Path, kind: str, rate: Fraction) -> int
                 container.mux(packet)
             count += len(packets)
     return count
+
+
+def pixels_of(frame: Any) -> NDArray[np.uint8]:
+    """Return a decoded frame as sRGB, uint8 (height, width, 3)."""
+    if frame.format.is_rgb:
+        pixels: NDArray[np.uint8] = frame.to_ndarray(format="rgb24")
+        return pixels
+    shown = frame.reformat(format="rgb24", src_colorspace="ITU709", src_color_range="MPEG")
+    pixels = shown.to_ndarray()
+    return pixels
 
 
 def extradata(data: IO[bytes], kind: str) -> bytes:

@@ -11,6 +11,7 @@ import errno
 import io
 import os
 import time
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import IO, Any, Self
@@ -28,8 +29,9 @@ _READ = os.O_RDONLY | getattr(os, "O_CLOEXEC", 0)
 
 
 def partial_path(target: Path) -> Path:
-    """Return the path of a film while it is written."""
-    return target.with_name(f"{target.stem}.partial{target.suffix}")
+    """Return the path of a film while it is written; a loop grows as a film without loss."""
+    suffix = ".mkv" if target.suffix.lower() in containers.LOOPS else target.suffix
+    return target.with_name(f"{target.stem}.partial{suffix}")
 
 
 class GrowingFilm:
@@ -45,7 +47,9 @@ class GrowingFilm:
         self.frames = 0
         """The number of frames in the file."""
         self.segments = 0
-        self._kind = containers.FORMATS[target.suffix.lower()]
+        self._kind = containers.FORMATS[self.path.suffix.lower()]
+        self.write_whole: Callable[[IO[bytes], Path], int] | None = None
+        """Writes the draft of the finished film and returns its frames; None: it gets an index."""
         self._rate = rate
         self._hidden = hidden
         self._draft: Path | None = None
@@ -87,7 +91,10 @@ class GrowingFilm:
             return self.close()
         with files.whole_path(self.target, remove_abandoned=True) as draft:
             with self._reader() as source:
-                frames = containers.copy_whole(source, draft, self._kind, self._rate)
+                if self.write_whole is None:
+                    frames = containers.copy_whole(source, draft, self._kind, self._rate)
+                else:
+                    frames = self.write_whole(source, draft)
             if frames != self.frames:
                 raise OSError(
                     errno.EIO, f"{frames} of {self.frames} frames could be read back", str(self.path)
@@ -147,7 +154,7 @@ class GrowingFilm:
         Later frames are dropped. Raises CheckpointError, naming the file and its content, if that fails.
         """
         film = cls(target, rate)
-        path = film.path if film.path.exists() else target
+        path = film.path if film.path.exists() or target.suffix.lower() in containers.LOOPS else target
         try:
             source = os.fdopen(os.open(path, _READ), "rb")
         except OSError as error:

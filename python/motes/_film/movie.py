@@ -16,7 +16,7 @@ from .._run import continuing
 from .._run.excerpt import Excerpt
 from .._values import arguments
 from ..errors import ArgumentError, Stopped
-from .containers import FORMATS
+from .containers import FORMATS, LOOPS
 from .page import video
 from .writing import FilmWriter
 
@@ -39,27 +39,45 @@ class Movie:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: Preset = "superfast"
+        self,
+        path: str | os.PathLike[str],
+        *,
+        fps: float = 24,
+        crf: float = 18,
+        preset: Preset = "superfast",
+        kilobytes: float | None = None,
     ) -> None:
         """Set the file and its encoding; nothing is written yet.
 
         Args:
-            path: a name ending in .mp4, .mkv or .mov.
-            fps: frames per second.
-            crf: H.264 quality, 0..51; lower looks better and makes larger files.
+            path: a name ending in .mp4, .mkv or .mov (H.264), .webm (VP9), .gif or .webp. The last two repeat
+                for ever and need the extra [image], too; they are written when the film is closed.
+            fps: frames per second; at most 50 for .gif.
+            crf: quality, 0..51; lower looks better and makes larger files. A .gif always has 256 colours.
             preset: "ultrafast" to "veryslow"; slower presets make smaller files.
+            kilobytes: the most that the file may have, 1000 bytes each: if it has more when it is closed, it
+                is encoded again, with less quality or in smaller pictures. `close` raises MotesError, and
+                says what is possible, if even a quarter of the width does not suffice. A part of a film
+                (`motes run --frames`) has no limit. None: no limit.
 
         Raises:
             MissingExtraError: if the package av is not installed.
         """
         self.path = arguments.file_path("path", path)
-        if self.path.suffix.lower() not in FORMATS:
-            raise ArgumentError("path", os.fspath(path), "a name ending in .mp4, .mkv or .mov")
-        self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
+        suffix = self.path.suffix.lower()
+        if suffix not in (*FORMATS, *LOOPS):
+            allowed = "a name ending in .mp4, .mkv, .mov, .webm, .gif or .webp"
+            raise ArgumentError("path", os.fspath(path), allowed)
+        self.fps = arguments.number("fps", fps, low=1e-3, high=50 if suffix == ".gif" else 1e4)
+        self.kilobytes = (
+            None if kilobytes is None else arguments.number("kilobytes", kilobytes, low=1, high=1e12)
+        )
         self.crf = arguments.number("crf", crf, low=0, high=51)
         self.preset = arguments.choice("preset", preset, get_args(Preset))
         # Checked here rather than at the first frame: every rank gets the same error at the same line.
         _extras.require_av("Movie")
+        if suffix in LOOPS:
+            _extras.require_pillow(f"a film as {suffix}")
         self._process = os.getpid()
         self._excerpt, part_of = Excerpt.current(), None
         if self._excerpt is not None:
@@ -67,7 +85,10 @@ class Movie:
             self.path = self._excerpt.beside(self.path)
         place = continuing.place_of(self.path)
         rate = Fraction(self.fps).limit_denominator(60000)
-        self._writer = FilmWriter(self.path, place, rate, self.crf, self.preset, part_of=part_of)
+        most = self.kilobytes if part_of is None else None
+        self._writer = FilmWriter(
+            self.path, place, rate, self.crf, self.preset, kilobytes=most, part_of=part_of
+        )
 
     @property
     def frames(self) -> int:

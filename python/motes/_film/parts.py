@@ -171,6 +171,8 @@ def join(paths: Sequence[Path], target: Path) -> dict[str, Any]:
     Raises MotesError, before a file is written, if frames are missing between them or if they are encoded
     differently.
     """
+    if paths[0].suffix.lower() not in containers.FORMATS:
+        raise MotesError(f"{paths[0]} cannot be joined: draw ranges as films, such as .mp4")
     seams = [_Seam.read(path) for path in paths]
     encoding = seams[0].encoding
     if containers.FORMATS.get(target.suffix.lower()) != encoding.kind:

@@ -16,6 +16,7 @@ __all__ = ["Encoding", "Segment", "picture"]
 
 # The bits depend on the number of threads, so it must not depend on the machine.
 _THREADS = 4
+_SPEEDS = {"ultrafast": 8, "superfast": 6, "veryfast": 5, "faster": 4, "fast": 3}
 # Above this rate, Matroska's times, in ms, do not separate frames; packets must then be in display order.
 _COARSE_FPS = 400
 
@@ -32,6 +33,8 @@ class Encoding:
     """Frames per second."""
     crf: float
     preset: str
+    codec: str = "libx264"
+    """"libx264"; "libvpx-vp9" for .webm; "libx264rgb", without loss, for what becomes a loop."""
 
     @property
     def frames(self) -> int:
@@ -41,14 +44,25 @@ class Encoding:
     def add_stream(self, container: Any) -> Any:
         """Add a stream with its own encoder to an output."""
         options = {"crf": str(self.crf), "preset": self.preset}
+        if self.codec == "libvpx-vp9":  # whose scale of quality reaches 63
+            speed = _SPEEDS.get(self.preset, 2)
+            options = {"crf": str(min(63, round(self.crf * 63 / 51))), "b": "0", "cpu-used": str(speed)}
+            options |= {"deadline": "good", "auto-alt-ref": "0"}
         if self.kind == "matroska" and self.rate > _COARSE_FPS:
             options["bf"] = "0"
-        stream = container.add_stream("libx264", rate=self.rate, options=options)
-        stream.width, stream.height = self.width + self.width % 2, self.height + self.height % 2
-        stream.pix_fmt = "yuv420p"
+        lossless = self.codec == "libx264rgb"
+        if lossless:
+            options["crf"] = "0"
+        stream = container.add_stream(self.codec, rate=self.rate, options=options)
+        odd = 0 if lossless else 1
+        stream.width = self.width + odd * (self.width % 2)
+        stream.height = self.height + odd * (self.height % 2)
+        stream.pix_fmt = "rgb24" if lossless else "yuv420p"
         context = stream.codec_context
         context.thread_type, context.thread_count = "FRAME", _THREADS
         context.time_base = 1 / self.rate
+        if lossless:
+            return stream
         # Declare the colour space (BT.709, limited range); otherwise players guess it from the size of the
         # picture.
         context.colorspace = context.color_primaries = context.color_trc = context.color_range = 1
@@ -69,7 +83,8 @@ class Segment:
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
         """Encode a frame."""
-        shown = picture(pixels)
+        lossless = self._encoding.codec == "libx264rgb"
+        shown = unchanged(pixels) if lossless else picture(pixels)
         shown.pts = self.frames  # counts from 0 in each segment, so the bits do not depend on its position
         self.frames += 1
         self._packets += self._stream.encode(shown)
@@ -87,6 +102,13 @@ class Segment:
     def _shown(self) -> Iterator[int]:
         for packet in self._packets:
             yield self._first + packet.pts
+
+
+def unchanged(pixels: NDArray[np.uint8]) -> Any:
+    """Wrap a picture for an encoder without loss."""
+    import av
+
+    return av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
 
 
 def picture(pixels: NDArray[np.uint8]) -> Any:

@@ -13,6 +13,7 @@ from .. import _extras
 from .._picture.formats import format_of
 from .._picture.frame import Frame
 from ..errors import MotesError
+from .containers import pixels_of
 
 __all__ = ["make_sheet", "pictures_of_film"]
 
@@ -32,7 +33,7 @@ def pictures_of_film(path: Path, choose: Callable[[int], Sequence[int]]) -> dict
         wanted = set(choose(count))
         with av.open(str(path)) as film:
             decoded = enumerate(film.decode(video=0))
-            return {i: frame.to_ndarray(format="rgb24") for i, frame in decoded if i in wanted}
+            return {i: pixels_of(frame) for i, frame in decoded if i in wanted}
     except (av.error.FFmpegError, IndexError) as error:
         raise MotesError(f"{path} cannot be read as a film: {error}") from None
 

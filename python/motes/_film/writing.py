@@ -24,6 +24,7 @@ from .._run.busy import Busy, busy_with
 from .._run.process import process
 from ..errors import ArgumentError, MotesError
 from .containers import FORMATS
+from .finishing import Finishing
 from .growing import GrowingFilm, partial_path
 from .parts import Part
 from .segment import Encoding, Segment
@@ -40,11 +41,13 @@ class FilmWriter:
     """Writes a film on the rank that has its frames, and counts them on all others."""
 
     def __init__(
-        self, path: Path, place: str, rate: Fraction, crf: float, preset: str, *, part_of: str | None = None
-    ) -> None:
+        self, path: Path, place: str, rate: Fraction, crf: float, preset: str, *,
+        kilobytes: float | None = None, part_of: str | None = None,
+    ) -> None:  # fmt: skip
         """Store the arguments that `Movie` has checked; `rate`: frames per second.
 
-        `part_of`: the place of the whole film, of which this job writes only a part.
+        `kilobytes`: the most that the finished film may have. `part_of`: the place of the whole film, of
+        which this job writes only a part.
         """
         self.path = path
         self.place = place
@@ -54,6 +57,7 @@ class FilmWriter:
         self.closed = False
         self.abandoned = False
         self._rate, self._crf, self._preset = rate, crf, preset
+        self._kilobytes = kilobytes
         self._part = None if part_of is None else Part(part_of)
         self._written: int | None = None  # None before the first frame
         self._unsecured = array("q")  # the world's number of each frame since `note_secured`, or _NO_FRAME
@@ -241,12 +245,17 @@ class FilmWriter:
             self.continue_at(self.written)
         _extras.av("Movie")  # here, not in the thread: a library may not begin in two threads at once
         height, width, _ = shape
-        kind = FORMATS[self.path.suffix.lower()]
-        encoding = Encoding(kind, height, width, self._rate, self._crf, self._preset)
+        suffix = self.path.suffix.lower()
+        kind, codec = FORMATS.get(suffix, "matroska"), "libx264"
+        if suffix not in FORMATS or suffix == ".webm":
+            codec = "libvpx-vp9" if suffix == ".webm" else "libx264rgb"
+        encoding = Encoding(kind, height, width, self._rate, self._crf, self._preset, codec)
         self._shape = shape
         if self._part is not None:
             self._part.begin(index, encoding.frames)
         film = self._film = self._film or GrowingFilm(Path(self.place), self._rate)
+        if suffix not in FORMATS or self._kilobytes is not None:
+            film.write_whole = Finishing(self.path, encoding, self._kilobytes)
         # A daemon: a thread that the interpreter waits for would keep a failed rank, and the job, alive.
         self._thread = threading.Thread(
             target=self._encode, args=(encoding, film), name=f"movie {self.path.name}", daemon=True

@@ -18,6 +18,7 @@ _CHANNELS = {
     "depth": ("depth.Z",),
     "alpha": ("alpha.A",),
     "velocity": ("velocity.X", "velocity.Y", "velocity.Z"),
+    "particles": ("particles.R", "particles.G", "particles.B", "particles.A"),
 }
 """Channels of each layer, `layer.channel` as compositing programs expect them."""
 
@@ -28,11 +29,13 @@ _WHOLE = ("depth",)
 def write(
     library: Any, path: Path, linear: NDArray[np.float32], layers: Mapping[str, NDArray[np.float32]]
 ) -> None:
-    """Write one part of scan lines with the module OpenEXR: R, G, B and the channels of the layers.
+    """Write one part of scan lines with the module OpenEXR: R, G, B, perhaps A, and layers.
 
     Compression is ZIP: lossless, known to every reader, and the smallest such method for particles.
     """
     channels: dict[str, NDArray[Any]] = {"RGB": _half(linear)}
+    if "alpha" in layers:
+        channels = {"RGBA": _half(np.dstack([linear, layers["alpha"]]))}
     for name, layer in layers.items():
         planes = np.atleast_3d(layer)
         for i, channel in enumerate(_CHANNELS[name]):

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from .._io.files import is_locked_elsewhere, try_lock
 from ..errors import MotesError
 
-__all__ = ["folder_of_a_job"]
+__all__ = ["folder_of_a_job", "folder_of_a_launcher"]
 
 _VARIABLE = "PRTE_MCA_prte_local_tmpdir_base"
 _SHARED_MEMORY = "/dev/shm"
@@ -42,6 +42,11 @@ def folder_of_a_job() -> Iterator[tuple[str, dict[str, str]]]:
                 shared = folders.enter_context(_own_folder(_SHARED_MEMORY))
                 variables |= dict.fromkeys(_SHARED_VARIABLES, shared)
         yield folder, variables
+
+
+def folder_of_a_launcher() -> contextlib.AbstractContextManager[str]:
+    """Return a context manager of a folder that lasts as long as this process, over all starts of its job."""
+    return _own_folder(tempfile.gettempdir())
 
 
 @contextlib.contextmanager

@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import importlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from .._io.output import tell
-from .._mpi.loading import chosen_library, import_mpi, other_libraries, paths, problem_of_mpi
+from .._mpi.loading import import_mpi, paths, problem_of_mpi, same_library, use_mpi
 from .._mpi.presence import LAUNCHER_TELLS, started_by
 from .._run import losses
 from .._values import environment
 from ..errors import ArgumentError, MotesError
+from .files import folder_of_a_launcher
 from .hosts import check_names, reachable
+from .resizing import LAUNCHER, Resizing, Size
 from .supervisor import supervise
 
 __all__ = [
-    *("Mpirun", "Version", "cannot_survive", "check_program", "command", "find_mpirun"),
+    *("Mpirun", "Version", "allocated", "cannot_survive", "check_program", "command", "find_mpirun"),
     *("library", "most_ranks", "other_launchers", "reason", "run"),
 ]
 
@@ -44,6 +46,13 @@ class Version(NamedTuple):
     def fits(self, other: Version) -> bool:
         """Whether a launcher of one can start ranks of the other: the same MPI, major and minor version."""
         return self.family == other.family and self.parts[:2] == other.parts[:2]
+
+    @property
+    def kind(self) -> str:
+        """Which libraries a launcher of this version can connect, as `launchers.kind` says it."""
+        if self.family == "Open MPI":
+            return "Open MPI 4" if self.parts < (5,) else ""
+        return "MPICH" if self.family != "unknown" else ""
 
     @property
     def parts(self) -> tuple[int, ...]:
@@ -79,8 +88,9 @@ def library() -> Version:
         import mpi4py
 
         mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    launcher = _named()
     try:
-        MPI = import_mpi()
+        MPI = import_mpi(launcher.version.kind if launcher else "")
     except (ImportError, RuntimeError) as error:
         raise MotesError(problem_of_mpi(error)) from None
     return _version(MPI.Get_library_version())
@@ -91,12 +101,8 @@ def find_mpirun() -> Mpirun:
 
     Raises MotesError when there is none, naming those that belong to another MPI.
     """
-    name = environment.read("MOTES_MPIRUN")
-    if name:
-        path = shutil.which(name)
-        if path is None:
-            raise MotesError(f"MOTES_MPIRUN={name} is not a program that can be started")
-        return _asked(path)
+    if (launcher := _named()) is not None:
+        return launcher
     wanted = library()
     launchers = []
     for path in _launchers():
@@ -105,6 +111,17 @@ def find_mpirun() -> Mpirun:
             return launchers[-1]
     others = ", ".join(map(str, launchers)) or "none at all"
     raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
+
+
+def _named() -> Mpirun | None:
+    """Return the launcher that the user has chosen, if any."""
+    name = environment.read("MOTES_MPIRUN")
+    if not name:
+        return None
+    path = shutil.which(name)
+    if path is None:
+        raise MotesError(f"MOTES_MPIRUN={name} is not a program that can be started")
+    return _asked(path)
 
 
 def other_launchers(mpirun: Mpirun) -> list[Mpirun]:
@@ -129,7 +146,7 @@ def command(
     """
     if hosts is not None and hostfile is not None:
         raise MotesError("give either --hosts or --hostfile")
-    one_host = hosts is None and hostfile is None and _allocated() is None
+    one_host = hosts is None and hostfile is None and allocated() is None
     most = most_ranks() if one_host else _MOST_RANKS
     if not 1 <= ranks <= most:
         where = f" on this machine, with {_RANK_BYTES >> 20} MB for each" if one_host else ""
@@ -175,36 +192,52 @@ def run(
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
     rank = started_by(python, is_rank=program[0] != "-m")  # a module may start the script in another process
-    alone = ranks == 1 and not hosts and not hostfile and not options
     if survive:
         _check_survival()
-    if other_libraries():  # scripts that import mpi4py before motes would get one of them
-        os.environ.update(chosen_library())
 
-    def compose() -> list[str]:
-        if alone:
+    def compose(size: Size) -> list[str]:
+        if size.ranks == 1 and not size.hosts and not hostfile and not options:
             return python
-        return command(ranks, rank, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
+        return command(
+            size.ranks, rank, hosts=size.hosts, hostfile=hostfile, options=options, survive=survive
+        )
 
-    argv = compose()
+    argv = compose(size := Size(ranks, hosts))
+    if argv is not python:
+        library()
+        os.environ.update(same_library(import_mpi()))  # also for scripts that import mpi4py before motes
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
-    if not alone or restarts > 0:
+    if argv != python or restarts > 0:
         variables = {**losses.ENVIRONMENT, **LAUNCHER_TELLS} if survive else {}
-        ended = supervise(argv, variables, ranks)
-        for left in range(restarts - 1, -1, -1):
-            if not ended.lost:
-                break
-            os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
-            if hosts is not None:
-                hosts = reachable(hosts)
-            tell(f"motes run: restarts; {left} more {'restart is' if left == 1 else 'restarts are'} allowed")
-            ended = supervise(compose(), variables, ranks)
-        return ended.code
+        with folder_of_a_launcher() as folder:
+            return _run_again(Resizing(folder, size, compose), compose, variables, restarts)
     if os.name == "posix":
         os.execve(argv[0], argv, os.environ)  # os.environ lacks what MPI added when it started
     return subprocess.run(argv).returncode
+
+
+def _run_again(
+    resizing: Resizing, compose: Callable[[Size], list[str]], variables: Mapping[str, str], restarts: int
+) -> int:
+    """Run a job to its end, over all its starts, and return the exit code."""
+    os.environ[LAUNCHER] = "-"  # for `compose`; `supervise` sets it
+    if hasattr(signal, "SIGUSR2"):  # must not end this process between two starts of the job
+        signal.signal(signal.SIGUSR2, lambda *_: None)
+    while True:
+        ended = supervise(compose(resizing.size), variables, resizing.size.ranks, resizing)
+        resized = resizing.take(ended.code)
+        if not resized and (restarts == 0 or not ended.lost):
+            return ended.code
+        os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
+        if resized:
+            continue
+        restarts -= 1
+        if resizing.size.hosts is not None:
+            resizing.size = resizing.size._replace(hosts=reachable(resizing.size.hosts))
+        more = f"{restarts} more {'restart is' if restarts == 1 else 'restarts are'} allowed"
+        tell(f"motes run: restarts; {more}")
 
 
 def cannot_survive(launcher: Version | None = None) -> str | None:
@@ -214,13 +247,9 @@ def cannot_survive(launcher: Version | None = None) -> str | None:
     for each in (version, launcher or version):
         if each.family != "Open MPI" or each.parts < (5,):
             return f"{wanted}; this is {each}"
-    from mpi4py import MPI
-
-    if not hasattr(ctypes.CDLL(MPI.__file__), "MPIX_Comm_shrink"):
+    use_mpi(import_mpi())  # without starting MPI
+    if not importlib.import_module("motes._core").mpi_can_survive():
         return f"{wanted}; this {version} was built without it"
-    _core = importlib.import_module("motes._core")  # without starting MPI
-    if not _core.mpi_can_survive():
-        return f"{wanted}; motes itself was built for a different MPI"
     return None
 
 
@@ -231,7 +260,7 @@ def _check_survival(launcher: Version | None = None) -> None:
 
 _TOLD_ALL = (
     *("MOTES_ANYWAY", "MOTES_FRAMES", "MOTES_FRESH", "MOTES_LIVE", "MOTES_PREVIEW", "MOTES_STEERING"),
-    *("MOTES_STILL", "MOTES_SWEEP", "MPI4PY_LIBMPI"),
+    *("MOTES_STILL", "MOTES_SWEEP", LAUNCHER, "MPI4PY_LIBMPI"),
 )
 """Variables that `motes run` sets; Open MPI does not pass variables to other hosts by itself."""
 
@@ -260,7 +289,7 @@ def _open_mpi_flags(
     is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         flags.append("--allow-run-as-root")  # as in a container; mpirun refuses root otherwise
-    if hosts is not None or hostfile is not None or _allocated() is not None:
+    if hosts is not None or hostfile is not None or allocated() is not None:
         for name in _TOLD_ALL:
             flags += ["-x", name] if os.environ.get(name) else []
     if hosts is not None:
@@ -271,7 +300,7 @@ def _open_mpi_flags(
         matches = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
         slots = _slots(match[1] if match else "" for match in matches)
         flags += ["--hostfile", hostfile]
-    elif (slots := _allocated()) is None:
+    elif (slots := allocated()) is None:
         slots = os.cpu_count() or 1
         flags.append("--oversubscribe")  # otherwise mpirun refuses more ranks than cores
         is_one_host = True
@@ -291,7 +320,7 @@ def _open_mpi_flags(
     return flags
 
 
-def _allocated() -> int | None:
+def allocated() -> int | None:
     """Return how many ranks the scheduler has allocated to this job, or None; Open MPI asks it where."""
     tasks = os.environ.get("SLURM_NTASKS", "")
     if "SLURM_JOB_ID" in os.environ and tasks.isdigit():

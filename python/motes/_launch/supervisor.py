@@ -25,6 +25,7 @@ from .._mpi.presence import Presence
 from .._run import open_worlds
 from .._run.losses import END, LOST
 from .files import folder_of_a_job
+from .resizing import LAUNCHER, Resizing
 
 __all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
@@ -49,19 +50,26 @@ class Ended(NamedTuple):
     """Whether a process or a host was lost, so that a restart may succeed."""
 
 
-def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None, ranks: int = 0) -> Ended:
+def supervise(
+    argv: Sequence[str],
+    variables: Mapping[str, str] | None = None,
+    ranks: int = 0,
+    resizing: Resizing | None = None,
+) -> Ended:
     """Run a launcher to its end, and return how the job ended.
 
     `variables` are added to its environment, unless this process has set them already. `ranks`: how many are
-    to start, each under a watcher (`started_by`); 0: unknown.
+    to start, each under a watcher (`started_by`); 0: unknown. `resizing`: what answers SIGUSR2.
 
     SIGINT, SIGTERM and SIGUSR1 go to the ranks that are inside `with world:`, which then stop together. If
     this host has none, they go to the launcher, like a second SIGINT or SIGTERM and all other signals. On
     Linux the launcher ends when this process does, even if that is killed.
     """
-    with folder_of_a_job() as (folder, own), _Signals(worlds := os.path.join(folder, "worlds")) as signals:
-        os.mkdir(worlds)
+    with folder_of_a_job() as (folder, own), _Signals(folder, resizing) as signals:
+        os.mkdir(worlds := os.path.join(folder, "worlds"))
         environment = {**own, **(variables or {}), **os.environ, open_worlds.FOLDER: worlds}
+        if resizing is not None:
+            environment[LAUNCHER] = resizing.address
         process = subprocess.Popen(
             argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_start_of_launcher(), bufsize=0
         )
@@ -97,7 +105,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None, r
         code = 1
     if code != 0 and signals.insisted:
         code = 128 + signals.insisted
-    if code != 0 and message:
+    if code != 0 and message and (resizing is None or resizing.wanted is None):
         tell(f"motes run: exit code {code}: {message}")
     stopped = code in (128 + signal.SIGINT, 128 + signal.SIGTERM)
     return Ended(code, lost=(code > 128 and not stopped) or relay.lost)
@@ -106,12 +114,13 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None, r
 class _Signals:
     """Passes signals on to a process or its ranks, early ones as soon as the process has started."""
 
-    def __init__(self, folder: str) -> None:
+    def __init__(self, folder: str, resizing: Resizing | None) -> None:
         self.insisted = 0
         """The second signal, which ends the job at once; 0: there was none."""
         self.passed_on = 0
         """The last signal that was passed to the launcher as `_ENDING`; 0: none."""
-        self._folder = folder
+        self._folder = os.path.join(folder, "worlds")
+        self._resizing = resizing
         self._asked = False  # whether SIGINT or SIGTERM has asked the ranks to stop
         self._process: subprocess.Popen[bytes] | None = None
         self._early: list[int] = []
@@ -120,18 +129,22 @@ class _Signals:
     def go_to(self, process: subprocess.Popen[bytes]) -> None:
         self._process = process
         for number in self._early:
-            self._pass_on(number)
+            self._hand_on(number, None)
 
     def _hand_on(self, number: int, _: FrameType | None) -> None:
         if number == signal.SIGQUIT and sys.stdin is not None and sys.stdin.isatty():
             return  # the terminal sends it to both processes
         if self._process is None:
             self._early.append(number)
-        elif number not in _ASKING or not self._ask(number):
+        elif number == signal.SIGUSR2 and self._resizing is not None:
+            self._resizing.ask(self._folder)
+        elif not self._ask(number):
             self._pass_on(number)
 
     def _ask(self, number: int) -> bool:
         """Ask the ranks to stop; return False if there are none, or if they were asked before."""
+        if number not in _ASKING:
+            return False
         urgent = number != signal.SIGUSR1
         if urgent and self._asked:
             self.insisted = number

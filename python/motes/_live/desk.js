@@ -20,6 +20,7 @@ const MORE = `
     <input type="text" data-part="line" readonly aria-label="The camera as Python">
     <button data-part="copy">Copy as Python</button>
   </details>
+  <details class="section" data-part="board"><summary>Blackboard</summary></details>
   <label class="check"><input type="checkbox" data-part="reloads"> Reload the script when it is saved</label>`;
 const POSE = { position: "position", look_at: "look at", up: "up", fov_deg: "field of view" };
 
@@ -43,6 +44,7 @@ class Desk extends View {
     }
     for (const name of ["pause", "step", "restart", "reload", "reset", "undo", "save", "full", "pace", "stop"]) buttons.append(this.part(name));
     this.makePose();
+    this.board = new Blackboard(this, this.part("board"));
     this.listenToDesk();
     new ResizeObserver(() => this.drawSpans()).observe(this.part("spans"));
     this.show();
@@ -55,7 +57,7 @@ class Desk extends View {
              "[": key("[ ]", "loop from, to here", () => this.bound(0)), "]": key("", "", () => this.bound(1)),
              o: key("O", "loop", () => this.toggleLoop()), l: key("L", "live", () => this.live()),
              Home: key("Home", "first frame", () => this.seek(0)), End: key("End", "last frame", () => this.seek(this.last())),
-             n: key("N", "restart", () => this.say({ restart: true })), p: key("P", "save the picture", () => this.save()),
+             n: key("N", "restart", () => this.restart()), p: key("P", "save the picture", () => this.save()),
              x: key("X", "full screen", () => this.full()) };
   }
 
@@ -71,6 +73,7 @@ class Desk extends View {
     on("save", () => this.save());
     on("full", () => this.full());
     on("copy", () => this.copy());
+    this.part("notice").title = "Click to close";
     on("notice", () => { if (this.state.error) this.say({ dismiss: true }); });
     this.part("scrub").oninput = event => { this.playing = null; this.seek(Number(event.target.value)); };
     this.part("scrub").onchange = () => this.canvas.focus({ preventScroll: true });
@@ -179,19 +182,24 @@ class Desk extends View {
     }
   }
 
+  drawn() { this.board.drawDomains(); }
+
   heard(said) {
+    if ("board" in said) { this.board.heard(said.board); return; }
     const take = this.state.take;
     if ("refused" in said) this.asked.clear();
     super.heard(said);
     if (take !== undefined && said.take !== undefined && said.take !== take) { this.past = []; this.live(); }
   }
 
-  online(is, trouble) { this.asked?.clear(); super.online(is, trouble); }
+  online(is, trouble) { this.asked?.clear(); super.online(is, trouble); if (is) this.board.online(); }
   orbit(...by) { this.live(); super.orbit(...by); }
   pan(...by) { this.live(); super.pan(...by); }
   zoom(by) { this.live(); super.zoom(by); }
   pause() { if (this.at !== null || this.state.finished) this.toggle(); else super.pause(); }
   step() { if (this.at !== null) this.seek(this.at + 1); else super.step(); }
+
+  restart() { if (this.state.finished || confirm("Start again at frame 0?")) this.say({ restart: true }); }
 
   // --- what is shown
 
@@ -203,7 +211,7 @@ class Desk extends View {
     this.part("time").hidden = !desk;
     for (const name of ["restart", "reload"]) this.part(name).hidden = !desk;
     this.part("restart").disabled = this.part("reload").disabled = !this.isOnline || starting || Boolean(state.ended);
-    this.part("reloads").parentElement.hidden = !desk;
+    this.part("reloads").parentElement.hidden = this.part("board").hidden = !desk;
     this.part("reloads").checked = Boolean(state.reloads);
     this.part("save").disabled = !this.file;
     if (state.finished && desk) {
@@ -212,9 +220,10 @@ class Desk extends View {
       this.part("frames").append(over ? state.job === "failed" ? ", failed" : ", ended" : ", complete");
       if (frame === "-") this.part("frames").textContent = "no frame";
     }
-    if (over) for (const name of ["stop", "reset"]) this.part(name).disabled = true;
+    if (over || starting) for (const name of ["pause", "step", "pace", "stop", "reset", "undo"]) this.part(name).disabled = true;
     this.showPose();
     this.showTime();
+    if (this.board.root.open) this.board.show();
   }
 
   showTime() {

@@ -15,6 +15,6 @@ def read(name: str, package: str = __package__) -> str:
 def page(nonce: str) -> str:
     """Return the live page with its styles and scripts inside; `nonce` marks the scripts that may run."""
     text = read("page.html")
-    for name in ("view.css", "view.js", "desk.js", "page.js"):
+    for name in ("view.css", "view.js", "board.js", "desk.js", "page.js"):
         text = text.replace(f"/*{name.upper()}*/", read(name))
     return text.replace("NONCE", nonce)

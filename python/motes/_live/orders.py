@@ -13,6 +13,7 @@ from typing import Any
 
 from .controls import Control, settle
 from .pose import Pose
+from .steer_file import is_speed
 
 __all__ = ["Orders"]
 
@@ -33,6 +34,8 @@ class Orders:
         self._order: dict[str, Any] = {}
         self._moves: list[tuple[str, list[float]]] = []
         self._woken = False
+        self.judge: Callable[[str], str] = _no_balancer
+        """Returns a balancer's call as the log writes it, or raises ValueError, which says why not."""
         self.paced = False
         """Whether viewers want no more frames per second than the film has."""
         self.accepted = 0
@@ -57,6 +60,10 @@ class Orders:
             self._move(name, wish)
         elif name == "set":
             self._set(wish)
+        elif name == "balancer" and isinstance(wish, str):
+            self._say(name, self.judge(wish[:1000]))
+        elif name == "speeds" and isinstance(wish, dict) and wish and all(map(is_speed, wish.items())):
+            self._say(name, wish)
         elif name == "pace" and isinstance(wish, bool):
             self.paced = wish  # changes no frame, so other ranks need not know
             self.wake()
@@ -136,6 +143,8 @@ class Orders:
                 self._order.pop("step", None)  # drop steps ordered before the pause
             if name == "again" and name in self._order:  # a long session's rows come in several orders
                 wish = {**wish, "rows": self._order[name]["rows"] + wish["rows"]}
+            if name == "speeds":
+                wish = {**self._order.get(name, {}), **wish}
             if name == "step":
                 wish = min(wish + self._order.get("step", 0), MOST_STEPS)
             self._order[name] = wish
@@ -163,6 +172,10 @@ def _checked(name: str, wish: Any) -> Any:
     raise ValueError(f"there is no order {str(name)[:100]!r} with this value")
 
 
+def _no_balancer(_: str) -> str:
+    raise ValueError("this run cannot change its balancer")
+
+
 def _again(wish: Any) -> dict[str, Any]:
     """Return the order to repeat an earlier run's rows up to a frame, as far as the script allows."""
     names = {"rows", "to", "paused"}
@@ -175,7 +188,7 @@ def _again(wish: Any) -> dict[str, Any]:
     for row in wish["rows"]:
         if not isinstance(row, dict) or type(row.get("frame")) is not int:
             raise ValueError("again takes rows of a steer.jsonl")
-        kept: dict[str, Any] = {"frame": row["frame"]}
+        kept: dict[str, Any] = {name: row[name] for name in ("frame", "balancer", "speeds") if name in row}
         if isinstance(row.get("set"), dict):
             kept["set"] = row["set"]
         if "camera" in row:

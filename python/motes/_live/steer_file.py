@@ -1,9 +1,10 @@
 """steer.jsonl: the steering of a run, written to its log and read by a run that repeats it.
 
 The first line is a header: schema, seed, script_sha256, controls. Each further line is a frame before which
-something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}. The last line may
-be {"frame": 345, "stop": true}, where a viewer or a signal ended the run. Pauses and single steps change no
-frame, so they are omitted. Numbers are the shortest decimals that read back to the same bits.
+something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}; also "balancer": a
+call, and "speeds": of ranks that behave like slower machines, neither of which changes a particle. The last
+line may be {"frame": 345, "stop": true}, where a viewer or a signal ended the run. Pauses and single steps
+change no frame, so they are omitted. Numbers are the shortest decimals that read back to the same bits.
 """
 
 from __future__ import annotations
@@ -15,13 +16,16 @@ from pathlib import Path
 from typing import IO, Any
 
 from .._io import files
+from .._values.environment import LEAST_SPEED
 from ..errors import ArgumentError, LogError
 from .pose import Pose
 
-__all__ = ["NAME", "Header", "SteerFile", "read"]
+__all__ = ["CHANGES", "NAME", "Header", "SteerFile", "is_speed", "read"]
 
 NAME = "steer.jsonl"
 SCHEMA = 1
+CHANGES = ("set", "camera", "balancer", "speeds")
+"""What a row may change."""
 Header = dict[str, Any]
 Rows = dict[int, dict[str, Any]]
 
@@ -109,6 +113,13 @@ def _read(path: Path) -> tuple[Header, Rows]:
     return header, rows
 
 
+def is_speed(pair: tuple[Any, Any]) -> bool:
+    """Return whether a pair is a rank as digits and the speed at which it may run."""
+    rank, speed = pair
+    is_rank = isinstance(rank, str) and rank.isascii() and rank.isdigit() and len(rank) < 10
+    return is_rank and type(speed) in (int, float) and LEAST_SPEED <= speed <= 1
+
+
 def _parsed(line: str, number: int) -> dict[str, Any]:
     try:
         parsed = json.loads(line)
@@ -121,8 +132,12 @@ def _parsed(line: str, number: int) -> dict[str, Any]:
 
 def _row(row: dict[str, Any], number: int) -> tuple[int, dict[str, Any]]:
     frame = row.pop("frame", None)
-    if type(frame) is not int or not 0 <= frame < 2**63 or set(row) - {"set", "camera", "stop"}:
-        raise ValueError(f"line {number} must have a frame, and set, camera or stop")
+    if type(frame) is not int or not 0 <= frame < 2**63 or set(row) - {*CHANGES, "stop"}:
+        raise ValueError(f"line {number} must have a frame, and {', '.join(CHANGES)} or stop")
+    speeds = row.get("speeds", {})
+    slow = isinstance(speeds, dict) and all(map(is_speed, speeds.items()))
+    if not slow or not isinstance(row.get("balancer", ""), str):
+        raise ValueError(f"line {number} has no speeds 0.001..1 of ranks, or no balancer")
     if not isinstance(row.get("set", {}), dict) or row.get("stop", True) is not True:
         raise ValueError(f"line {number} sets or stops nothing")
     if row.get("camera") is not None:

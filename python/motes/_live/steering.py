@@ -11,6 +11,7 @@ from .._run import sweeping
 from ..errors import MotesError
 from .controls import Control, definition_of, made, settle
 from .pose import Pose
+from .steer_file import CHANGES
 
 __all__ = ["Steering"]
 
@@ -35,6 +36,11 @@ class Steering:
         """Whether the last picture shows the current particles from the viewers' current camera."""
         self.steered = False
         """Whether a viewer has given any order."""
+        self.balancer: str | None = None
+        """The call of the balancer that viewers chose; None: the script's."""
+        self.speeds: dict[str, float] = {}
+        """The speeds that viewers gave to ranks."""
+        self._balancing: dict[str, Any] = {}  # balancer and speeds for the next frame
         self.stays = False
         """Whether the run waits at its end, so that viewers can look around."""
         self._again: dict[
@@ -47,10 +53,12 @@ class Steering:
 
     # --- controls
 
-    def control(self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any) -> Control:
+    def control(
+        self, name: Any, value: Any, low: Any, high: Any, step: Any, choices: Any, group: Any = None
+    ) -> Control:
         """Make a control: see `controls.made`."""
         value = sweeping.default_of(name, value, choices)
-        control = made(self._values, name, value, low, high, step, choices)
+        control = made(self._values, name, value, low, high, step, choices, group)
         self.controls[control.name] = control
         self._text = None
         if control.name in self._left:
@@ -107,6 +115,10 @@ class Steering:
             pose = None if order["camera"] is None else Pose.read(order["camera"])
             self.shown = self.shown and pose == self._next
             self._next = pose
+        if "balancer" in order:
+            self._balancing["balancer"] = order["balancer"]
+        if "speeds" in order:
+            self._balancing["speeds"] = {**self._balancing.get("speeds", {}), **order["speeds"]}
         if "pause" in order:
             self.paused, self._steps = order["pause"], 0
             self._to = 0 if self.paused else self._to
@@ -145,8 +157,23 @@ class Steering:
         if self._next != self._camera:
             row["camera"] = None if self._next is None else self._next.to_dict()
             self._camera = self._next
+        row |= self._rebalance()
         if self.paused and self._steps > 0:
             self._steps -= 1
+        return row
+
+    def _rebalance(self) -> dict[str, Any]:
+        """Apply what viewers ordered of balancing, and return what has changed."""
+        wish, self._balancing = self._balancing, {}
+        row: dict[str, Any] = {}
+        if wish.get("balancer", self.balancer) != self.balancer:
+            self.balancer = row["balancer"] = wish["balancer"]
+        speeds = {
+            rank: speed for rank, speed in wish.get("speeds", {}).items() if self.speeds.get(rank) != speed
+        }
+        if speeds:
+            self.speeds.update(speeds)
+            row["speeds"] = speeds
         return row
 
     def _repeat(self, frame: int) -> None:
@@ -167,7 +194,7 @@ class Steering:
                     f"the repeated run sets {name!r} to {value!r} before frame {frame}: not a value of "
                     "this control"
                 )
-        self._obey({name: part for name, part in row.items() if name in ("set", "camera", "stop")})
+        self._obey({name: part for name, part in row.items() if name in (*CHANGES, "stop")})
 
     def _repeat_loosely(self, frame: int) -> None:
         """Obey an earlier run's row, except for controls and values that the script no longer has."""
@@ -176,21 +203,24 @@ class Steering:
             if name in self.controls:
                 with contextlib.suppress(ValueError):
                     self._changes[name] = settle(self.controls[name], value)
-        if "camera" in row:
-            self._obey({"camera": row["camera"]})
+        self._obey({name: row[name] for name in CHANGES[1:] if name in row})
 
     # --- checkpoints
 
     def state(self) -> dict[str, Any]:
         """Return the state for a checkpoint, as in the frame before it."""
         camera = None if self._camera is None else self._camera.to_dict()
-        return {"values": {**self._left, **self._values}, "camera": camera}
+        left = {"values": {**self._left, **self._values}, "camera": camera}
+        balancing = {"balancer": self.balancer, "speeds": self.speeds}
+        return {**left, "balancing": balancing} if any(balancing.values()) else left
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Continue from the state in a checkpoint."""
         self._left = dict(state.get("values", {}))
         for name in [name for name in self._left if name in self.controls]:
             self._put(self._left, name)
+        balancing = state.get("balancing", {})  # a new process begins with the script's own
+        self._balancing = {name: wish for name, wish in balancing.items() if wish}
         camera = state.get("camera")
         self._camera = self._next = None if camera is None else Pose.read(camera)
 

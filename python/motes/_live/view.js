@@ -164,7 +164,7 @@ class View {
     const now = performance.now(), recent = this.times.filter(t => now - t < 2000), { state } = this;
     const fps = recent.length > 1 ? (recent.length - 1) / (recent[recent.length - 1] - recent[0]) * 1000 : 0;
     const viewers = state.viewers > 1 ? `, ${state.viewers} viewers` : "";
-    const rate = state.paused || state.ended ? "no new pictures" : `${fps.toFixed(0)} pictures per second`;
+    const rate = state.paused || state.ended || state.finished ? "no new pictures" : `${fps.toFixed(0)} pictures per second`;
     this.part("rate").textContent = rate + viewers;
   }
 
@@ -354,12 +354,12 @@ class View {
 }
 
 // Whether the focused element itself uses a key.
-function isKeyOf({ tagName, type }, key) {
+function isKeyOf({ tagName, type, readOnly }, key) {
   if (tagName === "SELECT") return key === " " || key.length > 1;
   if (tagName === "BUTTON" || tagName === "SUMMARY" || type === "checkbox" || type === "color") return key === " ";
   if (type === "number") return key.length > 1 || "+-.,".includes(key);
   if (tagName === "PRE") return key === "ArrowUp" || key === "ArrowDown";
-  return tagName === "TEXTAREA" || type === "text" || (tagName === "INPUT" && key.startsWith("Arrow"));
+  return tagName === "TEXTAREA" || (type === "text" && !readOnly) || (tagName === "INPUT" && key.startsWith("Arrow"));
 }
 
 function made(tag, kind) { return Object.assign(document.createElement(tag), { className: kind }); }

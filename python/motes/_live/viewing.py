@@ -39,9 +39,18 @@ class Viewing:
         if not quiet:
             tell(f"motes: live at {self.url}  ({access.from_afar(live.host, self._server.port)})")
 
+    @property
+    def watched(self) -> bool:
+        """Whether there are viewers."""
+        return self._server.viewers > 0
+
     def ask(self, order: dict[str, Any]) -> None:
         """Give an order as a viewer does. May be called from any thread."""
         self._orders.put(order)
+
+    def judge(self, judge: Callable[[str], str]) -> None:
+        """Let viewers choose the balancers that `judge` accepts."""
+        self._orders.judge = judge
 
     def know(self, controls: Mapping[str, Control]) -> None:
         """Let viewers set these controls."""
@@ -80,7 +89,7 @@ class Viewing:
             for name, control in steering.controls.items()
         }
         turned = steering.camera is not None
-        if self._server.viewers:
+        if self.watched:
             facts["camera"] = None if (now := pose()) is None else now.to_dict()
         facts["paced"] = self._orders.paced
         self._server.tell({**facts, "paused": steering.paused, "turned": turned, "controls": controls})

@@ -6,6 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Mapping
+from types import ModuleType
 from typing import NamedTuple, NoReturn
 
 from .._io.output import tell
@@ -13,7 +14,17 @@ from .._values import environment
 from ..errors import MotesError
 from .rank_process import is_child
 
-__all__ = ["Launcher", "check_alone", "give_up", "launcher_of", "remember", "speaks_pmi_alone"]
+__all__ = [
+    "Launcher",
+    "check_alone",
+    "give_up",
+    "is_open_mpi",
+    "kind",
+    "launcher_of",
+    "name_of",
+    "remember",
+    "speaks_pmi_alone",
+]
 
 
 class _Variables(NamedTuple):
@@ -69,6 +80,23 @@ def speaks_pmi_alone(variables: Mapping[str, str]) -> bool:
     return _PMIX_RANK not in variables and ("PMI_RANK" in variables or "PMI_SIZE" in variables)
 
 
+def is_open_mpi(variables: Mapping[str, str]) -> bool:
+    """Return whether Open MPI's mpirun started this process."""
+    return "OMPI_COMM_WORLD_SIZE" in variables
+
+
+def kind(variables: Mapping[str, str]) -> str:
+    """Return which libraries a launcher can connect: "MPICH", "Open MPI 4", or "" if it does not tell."""
+    if speaks_pmi_alone(variables):
+        return "MPICH"
+    return "Open MPI 4" if any(name.startswith("OMPI_MCA_orte_") for name in variables) else ""
+
+
+def name_of(module: ModuleType) -> str:
+    """Return name and version of the MPI library that mpi4py has loaded."""
+    return " ".join(module.Get_library_version().split(",")[0].splitlines()[0].split())
+
+
 def launcher_of(variables: Mapping[str, str]) -> Launcher | None:
     """Return the launcher that started several processes, this one among them, or None."""
     for launcher, size, rank in _KNOWN:
@@ -102,22 +130,27 @@ def check_alone() -> None:
 
     if environment.alone() or MPI.COMM_WORLD.size > 1:
         return
-    launcher = _remembered or launcher_of(os.environ)
-    if launcher is not None:
-        processes = f"{launcher.size} processes" if launcher.size is not None else "several processes"
-        library = MPI.Get_library_version().split(",")[0].strip().splitlines()[0]
-        seen = ", ".join(launcher.variables)
-        give_up(
-            f"{launcher.name} seems to have started {processes} ({seen}), but MPI here sees only this one: "
-            "each would compute the whole animation and overwrite the files of the others. "
-            f"The launcher does not belong to the MPI library in use, {library}. Start the script with "
-            "`python -m motes run -n N script.py`, or set MOTES_ALONE=1 if each process should run on its own"
-        )
+    refuse(MPI)
     tasks = os.environ.get("SLURM_NTASKS", "")
     if "SLURM_JOB_ID" in os.environ and tasks.isdigit() and int(tasks) > 1:
         tell(
             f"motes: the scheduler gave this job {tasks} tasks, but this script runs on only one; "
             f"`python -m motes run -n {tasks} script.py` uses them all"
+        )
+
+
+def refuse(module: ModuleType) -> None:
+    """End this process if its launcher started several, which this MPI library cannot connect."""
+    launcher = _remembered or launcher_of(os.environ)
+    if launcher is not None and not environment.alone():
+        processes = f"{launcher.size} processes" if launcher.size is not None else "several processes"
+        seen = ", ".join(launcher.variables)
+        give_up(
+            f"{launcher.name} seems to have started {processes} ({seen}), but MPI here sees only this one: "
+            "each would compute the whole animation and overwrite the files of the others. "
+            f"The launcher does not belong to the MPI library in use, {name_of(module)}. Start the script "
+            "with `python -m motes run -n N script.py`, or set MOTES_ALONE=1 if each process should run "
+            "on its own"
         )
 
 

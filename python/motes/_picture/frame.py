@@ -17,7 +17,7 @@ from .._values import arguments
 from ..errors import ArgumentError, MotesError, NotHereError
 from .formats import format_of, write_by_pillow
 
-__all__ = ["Frame", "arrive", "keep_all", "tell_saves"]
+__all__ = ["Frame", "add_layer", "arrive", "keep_all", "tell_saves"]
 
 Late = Callable[[], ArrayLike] | NDArray[np.float32]
 """A float32 array, or a function that computes it on first use."""
@@ -111,16 +111,19 @@ class Frame:
             "request it with Renderer(linear=True)"
         )
 
-    def layer(self, name: Literal["depth", "alpha", "velocity"]) -> NDArray[np.float32]:
+    def layer(self, name: Literal["depth", "alpha", "velocity", "particles"]) -> NDArray[np.float32]:
         """Return one of the renderer's `layers`.
 
         Args:
             name: "depth": metres from the camera's plane to the nearest opaque surface, infinite where there
                 is none. "alpha": the fraction of light from behind that is blocked, 0..1. "velocity": the
-                velocity of the nearest opaque particle, m/s, 0 where there is none.
+                velocity of the nearest opaque particle, m/s, 0 where there is none. "particles": the linear
+                light of the particles alone, and the fraction of light from behind that they block: to be
+                put over another picture (its light times 1 - alpha, plus this one's). Solids hide particles
+                but are not in it.
 
         Returns:
-            float32 (height, width), or (height, width, 3) for "velocity".
+            float32 (height, width), (height, width, 3) for "velocity", (height, width, 4) for "particles".
 
         Raises:
             NotHereError: if the picture is on another rank.
@@ -131,7 +134,8 @@ class Frame:
         if not isinstance(name, str) or name not in self._layers:
             raise ArgumentError("name", name, self._allowed_layers(), known=self._layers)
         height, width, _ = self.pixels.shape
-        shape = (height, width, 3) if name == "velocity" else (height, width)
+        channels = {"velocity": (3,), "particles": (4,)}.get(name, ())
+        shape = (height, width, *channels)
         layer = _fetched(f"layer {name!r}", self.index, self._layers[name], shape)
         self._layers[name] = layer
         return layer
@@ -147,8 +151,8 @@ class Frame:
         Args:
             path: its suffix selects the format. .png: sRGB; .jpg, with little loss, and .webp, without any:
                 sRGB, both need the extra [image]; .npy: `pixels`; .exr: the linear picture as half floats,
-                and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), losslessly compressed; needs
-                the extra [exr].
+                as A the layer "alpha", and all layers (`depth.Z`, `alpha.A`, `velocity.X`, `particles.R` and
+                so on), losslessly compressed; needs the extra [exr].
             bits: bits per channel of a PNG: 8, the same as `pixels`, or 16, from the linear picture.
 
         Raises:
@@ -249,6 +253,11 @@ def arrive(frame: Frame, picture: Frame) -> None:
     """Give `frame` a picture that was on a lost rank and has been drawn again on this one."""
     frame._pixels, frame._home = picture._pixels, frame._rank
     frame._linear, frame._exposure, frame._layers = picture._linear, picture._exposure, picture._layers
+
+
+def add_layer(frame: Frame, name: str, layer: NDArray[np.float32]) -> None:
+    """Add a layer that was drawn after the picture."""
+    frame._layers[name] = layer
 
 
 def keep_all(frame: Frame) -> None:

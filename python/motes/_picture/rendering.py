@@ -24,6 +24,7 @@ from .solids import Light, Solid, add_to
 
 __all__ = [
     "LAYERS",
+    "PARTICLES",
     "Camera",
     "Renderer",
     "camera_of",
@@ -34,6 +35,9 @@ __all__ = [
 ]
 
 LAYERS = ("depth", "alpha", "velocity")
+"""Layers that the engine keeps with a picture."""
+PARTICLES = "particles"
+"""The layer that is drawn by itself."""
 LIGHTS = "a list of motes.Light"
 FOG = "a colour and metres, or None"
 OBJECTS = "a list of motes.Solid, shapes or meshes"
@@ -168,8 +172,9 @@ class Renderer(Settings):
     """Whether edges of solids are anti-aliased."""
     linear: bool
     """Whether frames keep linear light for `Frame.linear`, `.exr` and PNG with 16 bits."""
-    layers: tuple[Literal["depth", "alpha", "velocity"], ...]
-    """The layers that frames keep for `Frame.layer` and `.exr`: any of "depth", "alpha" and "velocity"."""
+    layers: tuple[Literal["depth", "alpha", "velocity", "particles"], ...]
+    """The layers that frames keep for `Frame.layer` and `.exr`: any of "depth", "alpha", "velocity" and
+    "particles", for which each picture is drawn twice."""
 
     _checks = {
         "width": partial(arguments.integer, low=1, high=16384),
@@ -211,7 +216,7 @@ class Renderer(Settings):
         bloom: float | Curve = 0,
         smooth: bool = True,
         linear: bool = False,
-        layers: Iterable[Literal["depth", "alpha", "velocity"]] = (),
+        layers: Iterable[Literal["depth", "alpha", "velocity", "particles"]] = (),
         fog: tuple[ArrayLike | str, float] | None = None,
         sun_size: float | Curve = 0,
         sun_color: ArrayLike | Curve = "white",
@@ -255,7 +260,7 @@ class Renderer(Settings):
         view.set_bloom(at(self.bloom, time))
         view.set_smooth(self.smooth)
         view.set_linear(self.linear)
-        view.set_layers(sum(1 << LAYERS.index(name) for name in self.layers))
+        view.set_layers(sum(1 << LAYERS.index(name) for name in self.layers if name in LAYERS))
         view.check()
         return view
 
@@ -356,14 +361,15 @@ def _lights(name: str, given: Any) -> tuple[Light, ...]:
 
 
 def _layers(name: str, given: Any) -> tuple[str, ...]:
-    allowed = "a list of " + ", ".join(map(repr, LAYERS))
+    known = (*LAYERS, PARTICLES)
+    allowed = "a list of " + ", ".join(map(repr, known))
     if isinstance(given, str):
         raise ArgumentError(name, given, allowed)
     named = arguments.listed(name, given, allowed)
     for one in named:
-        if not isinstance(one, str) or one not in LAYERS:
-            raise ArgumentError(name, one, allowed, known=LAYERS)
-    return tuple(layer for layer in LAYERS if layer in named)
+        if not isinstance(one, str) or one not in known:
+            raise ArgumentError(name, one, allowed, known=known)
+    return tuple(layer for layer in known if layer in named)
 
 
 def _layer(engine: _core.Engine, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:

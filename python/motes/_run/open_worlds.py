@@ -17,7 +17,10 @@ from pathlib import Path
 from .._values import environment
 from .peers import Peer, lives
 
-__all__ = ["FOLDER", "end", "enter", "forget", "leave", "left_open", "send"]
+__all__ = [
+    *("FOLDER", "end", "enter", "forget", "keeps_checkpoints", "leave", "left_open", "note_checkpoints"),
+    "send",
+]
 
 _ENDED = "ended"
 FOLDER = "MOTES_OPEN_WORLDS"  # environment variable with the folder's path, which other hosts do not have
@@ -33,6 +36,26 @@ def enter(rank: int, world: str) -> Path | None:
         here = Peer.here(rank=rank, role="")
         file.write_text(f"{here.pid} {here.started} {here.space}")
     return file
+
+
+def note_checkpoints(has: bool) -> None:
+    """Note whether the world that this rank is in could go on from a checkpoint."""
+    folder = environment.read(FOLDER)
+    if folder and Path(folder).is_dir():
+        with contextlib.suppress(OSError):
+            _mark(folder).write_text(str(int(has)))
+
+
+def keeps_checkpoints(folder: str | os.PathLike[str]) -> bool | None:
+    """Return whether the last world that opened could go on from a checkpoint; None: no world has opened."""
+    try:
+        return bool(int(_mark(folder).read_text()))
+    except (OSError, ValueError):
+        return None
+
+
+def _mark(folder: str | os.PathLike[str]) -> Path:
+    return Path(folder).with_name("checkpoints")
 
 
 def leave(file: Path | None) -> None:

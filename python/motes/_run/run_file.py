@@ -17,6 +17,7 @@ import mpi4py
 
 from .. import _core
 from .._io import files
+from .._values import environment
 from ..errors import LogError
 
 __all__ = ["earlier_run", "motes_version", "write_run"]
@@ -64,13 +65,14 @@ def _of_this_process(facts: dict[str, Any], hosts: Sequence[str], threads: Seque
         "machine": platform.machine(),
         "cores": os.cpu_count(),
         "host": socket.gethostname(),
+        "launcher": environment.read("MOTES_LAUNCHER"),
         "pid": os.getpid(),
     }
 
 
 def _appended(first: dict[str, Any], now: dict[str, Any], frame: int) -> dict[str, Any]:
     """Append the changed facts of a continuation to the facts of the first start."""
-    always = ("started_unix_s", "argv", "ranks", "pid", "host")
+    always = ("started_unix_s", "argv", "ranks", "pid", "host", "launcher")
     differ = [name for name in now if name in always or first.get(name) != now[name]]
     part = {"frame": frame, **{name: now[name] for name in differ}}
     return {**first, "continued": [*first.get("continued", []), part]}

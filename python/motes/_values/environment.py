@@ -306,6 +306,13 @@ TABLE = {
             default_text="nothing is recorded",
         ),
         Variable(
+            "MOTES_LAUNCHER",
+            "set by `motes run`: where `motes resize` finds it",
+            "the host and the process of a launcher",
+            str,
+            default_text="the number of ranks cannot change",
+        ),
+        Variable(
             "MOTES_RANK_PROCESS",
             "set by `motes run` and by each rank: which process is the rank, for processes that it starts",
             "a process number, and the launcher's variables",

@@ -28,7 +28,8 @@ class Parser(argparse.ArgumentParser):
     ) -> argparse.Namespace:
         """Parse a command line."""
         parse = self.parse_intermixed_args if self.intermixed else super().parse_args
-        return parse(args, namespace)
+        parsed: argparse.Namespace = parse(args, namespace)
+        return parsed
 
     def error(self, message: str) -> NoReturn:
         """Print usage and message, suggest the closest choice or option if one was mistyped; exit with 2."""

@@ -127,6 +127,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     )
     _claim_log(run, settings)
     process.entered += 1
+    open_worlds.note_checkpoints(settings.checkpoint is not None)
     starts, run.noted = run.noted, open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
     open_worlds.leave(starts)
     return Met(settings, origin, repeats)

@@ -6,10 +6,12 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from .. import _core
 from .._live.steering import Steering
-from .._picture.frame import Frame, keep_all
-from .._picture.rendering import Renderer, camera_of, frame_arguments, view_of
+from .._picture.frame import Frame, add_layer, keep_all
+from .._picture.rendering import LAYERS, PARTICLES, Renderer, camera_of, frame_arguments, view_of
 from .._system.session import Session
 
 __all__ = ["Pictures"]
@@ -51,6 +53,18 @@ class Pictures:
         if frame:
             self._last = weakref.ref(frame)
         return frame
+
+    def add_particles(self, engine: _core.Engine, frame: Frame, view: _core.View) -> None:
+        """Draw the particles of a picture alone, as its layer. Collective."""
+        keep_all(frame)
+        view.set_bare(True)
+        view.set_linear(True)
+        view.set_layers(1 << LAYERS.index("alpha"))
+        engine.redraw(view, self.steering.agreement())
+        if frame:
+            alone = frame_arguments(view, engine)
+            light, alpha = alone["linear"](), alone["layers"]["alpha"]()
+            add_layer(frame, PARTICLES, np.dstack([light, alpha]).astype(np.float32))
 
     def absent(self, index: int, missing: str = "", *, left_out: bool = False) -> Frame:
         """Return a frame without a picture; `missing` says why, if one was requested."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._io.output import tell
 from .._picture.frame import Frame
+from .._picture.rendering import PARTICLES
 from .._run import busy, ending, losses, scenefile, script_lines, stopping, waiting
 from .._run.excerpt import LEFT_OUT, Excerpt, check_digest, logged_digests, missing
 from .._run.process import OpenRun, process
@@ -310,6 +311,12 @@ class Running:
             self._recovery.note_picture(frame)
         if frame and session.settings.digest:
             engine.set_image_sha256(frame.digest())
+        if PARTICLES in self.pictures.renderer.layers:
+            engine = session.begin("render()")
+            try:
+                self.pictures.add_particles(engine, frame, view)
+            finally:
+                session.end_conversation(engine)
         if excerpt is not None:
             self._check_excerpt(engine, frame, excerpt)
         self.loop.shows(frame)

@@ -22,6 +22,7 @@ from .._values import environment
 from .._values.live import Live
 from .._values.values import at
 from ..errors import ArgumentError, MotesError
+from . import balancing
 from .pictures import Pictures
 
 if TYPE_CHECKING:
@@ -146,6 +147,7 @@ class Viewers:
         quiet = self.attached and stopping.interactive()  # then a widget shows the page
         viewing = Viewing(live, self._about() | about, self._session.settings.steering, quiet=quiet)
         viewing.know(self.steering.controls)
+        viewing.judge(lambda call: balancing.policy(call, self._session).name)
         self._viewing = viewing
         return viewing
 
@@ -180,6 +182,7 @@ class Viewers:
             "height": size[1],
             "dt": self._session.settings.dt,
             "repeats": self._session.settings.steering,
+            **balancing.menu(self._session),
         }
 
     def _take_orders(self) -> str:
@@ -228,6 +231,7 @@ class Viewers:
             return True
         self.end_rehearsal(self._session.frame)
         row = self.steering.commit(self._session.frame)
+        balancing.apply(row, self._session)
         if self.steering.stopped:
             self._note_stop("the repeated run" if self.steering.rows else "a viewer")
             return True
@@ -299,7 +303,9 @@ class Viewers:
 
     def _tell_viewers(self) -> None:
         if self._viewing is not None:
-            facts = {"frame": self._session.frame, "total": self._session.total, "finished": self._finished}
+            watched = self._viewing.watched
+            facts: dict[str, Any] = balancing.state(self._session, self.steering) if watched else {}
+            facts |= {"frame": self._session.frame, "total": self._session.total, "finished": self._finished}
             self._viewing.tell(self.steering, self._pose, **facts)
 
     def open_file(self) -> None:

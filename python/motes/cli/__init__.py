@@ -29,6 +29,7 @@ COMMANDS = {
     "report": "write a run's summary and plots as one HTML file",
     "demo": "run one of the example animations, or list them",
     "movie": "join numbered pictures into a film",
+    "resize": "continue a run with another number of ranks, or on other hosts",
     "sweep": "run a script with many values, and compare the runs in one table",
     "record": "write what a script records to a file that replays without Python",
     "pack": "join the particle files that the ranks of a run have exported",

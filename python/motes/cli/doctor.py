@@ -23,7 +23,7 @@ from typing import Any
 from .._io.text import printable
 from .._launch import starting
 from .._launch.files import folder_of_a_job
-from .._mpi.loading import chosen_library, other_libraries
+from .._mpi.loading import import_mpi, other_libraries, path_of, same_library
 from .._values import environment
 from ..errors import EXTRAS, ArgumentError, MotesError
 from .parser import add_json, print_figures
@@ -42,15 +42,9 @@ sys.stdout.write(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.siz
 _CORE = """
 import json, mpi4py
 mpi4py.rc.initialize = mpi4py.rc.finalize = False
-from motes._mpi.loading import import_mpi
-import_mpi()
-def mpi_libraries():
-    with open('/proc/self/maps') as maps:
-        return sorted({line.split()[-1] for line in maps if '/libmpi.so' in line or '/libmpich.so' in line})
-found = {'mpi4py': mpi_libraries()}
 from motes import _core
-found['both'] = mpi_libraries()
-found['simd'] = _core.simd()
+from motes._mpi.loading import import_mpi, use_mpi
+found = {'abi': use_mpi(import_mpi()), 'simd': _core.simd()}
 def roles(size):
     return [_core.describe_role(_core.cast('auto', size), rank) for rank in range(size)]
 found['roles'] = {f'n={size}': roles(size) for size in (1, 2, 4)}
@@ -146,13 +140,15 @@ def _mpi(report: Report) -> None:
     except MotesError as error:
         report.problems.append(str(error))
         return
+    module = import_mpi()
+    report.figures["libmpi"] = path_of(module)
     try:
         mpirun = starting.find_mpirun()
     except MotesError as error:
         report.problems.append(str(error))
         return
     report.figures["mpirun"] = str(mpirun)
-    others = [*other_libraries(), *map(str, starting.other_launchers(mpirun))]
+    others = [*other_libraries(module), *map(str, starting.other_launchers(mpirun))]
     if others:
         report.figures["other MPIs"] = others
     fits = mpirun.version.fits(starting.library())
@@ -166,7 +162,7 @@ def _mpi(report: Report) -> None:
     report.figures["survives losses"] = "yes: motes run --survive" if reason is None else f"no: {reason}"
     argv = starting.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
     with folder_of_a_job() as (_, own):
-        output, problem = _output(argv, {**own, **chosen_library()})
+        output, problem = _output(argv, {**own, **same_library(module)})
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
     report.figures["hello"] = hello
     if hello == ["rank 0 of 1"] * 2:
@@ -178,8 +174,9 @@ def _mpi(report: Report) -> None:
 
 
 def _core(report: Report) -> None:
-    """Load the compiled core after mpi4py, and find out which MPI library each of them loads."""
-    output, problem = _output([sys.executable, "-c", _CORE])
+    """Load the compiled core and let it look at mpi4py's library."""
+    module = sys.modules.get("mpi4py.MPI")  # not there if no library can be loaded
+    output, problem = _output([sys.executable, "-c", _CORE], same_library(module) if module else None)
     match = re.search(r"motes-core (.*)", output)
     if match is None:
         report.figures["simd"] = None
@@ -187,14 +184,8 @@ def _core(report: Report) -> None:
         return
     facts = json.loads(match[1])
     report.figures["simd"] = facts["simd"]
-    report.figures["libmpi"] = facts["both"]
+    report.figures["mpi_abi"] = facts["abi"]
     report.figures["roles"] = facts["roles"]
-    if len(facts["both"]) > 1:
-        others = ", ".join(sorted(set(facts["both"]) - set(facts["mpi4py"])))
-        report.problems.append(
-            f"the core is linked to a different MPI library ({others}) than mpi4py, "
-            f"which uses {', '.join(facts['mpi4py'])}"
-        )
 
 
 def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tuple[str, str]:

@@ -6,9 +6,10 @@
 
 The line "motes: live at http://127.0.0.1:8080/?k=..." shows the address, and how to reach it from another
 machine. The page outlives the run: it keeps the pictures, starts the run again, and reloads the script when
-it is saved (docs/live.md). With --hosts or --hostfile the run itself serves the page, which ends with it. If
-the run has a log, steer.jsonl there records what viewers do; `run --steering` repeats it. A live view needs
-the extra: pip install "motes[live]". Other options are those of `run`.
+it is saved (docs/live.md). With --hosts, --hostfile or nodes allocated by a scheduler the run itself serves
+the page, which ends with it. If the run has a log, steer.jsonl there records what viewers do; `run
+--steering` repeats it. A live view needs the extra: pip install "motes[live]". Other options are those of
+`run`.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .. import _extras
 from .._launch import starting
 from .._values.live import Live
 from . import run as run_command
-from .parser import positive
+from .parser import Parser, positive
 
 __all__ = ["configure", "run"]
 
@@ -61,7 +62,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Start the job as `run` does, with viewers."""
     live = Live(args.port, host=args.host, wait=args.wait, paused=args.paused)
-    if args.hosts is None and args.hostfile is None:
+    if args.hosts is None and args.hostfile is None and starting.allocated() is None:
         return asyncio.run(_desk(args, live))
     words = [str(live.port), f"host={live.host}"]
     words += [word for word, wanted in (("wait", live.wait), ("paused", live.paused)) if wanted]
@@ -97,10 +98,13 @@ async def _desk(args: argparse.Namespace, live: Live) -> int:
 
 
 def _words(args: argparse.Namespace) -> list[str]:
-    """Return the options of `run` as they were given."""
-    words = ["-n", str(args.ranks)]
-    words += [f"--{name}" for name in ("survive", "fresh", "anyway") if getattr(args, name)]
-    for name in ("restarts", "steering"):
-        if getattr(args, name):
-            words += [f"--{name}", str(getattr(args, name))]
+    """Return the options of `run` that were given, as words of a command line."""
+    words = []
+    own = Parser(prog="run")
+    run_command.configure(own)
+    for action in own._actions:
+        given = getattr(args, action.dest, None)
+        if not action.option_strings or action.nargs == argparse.REMAINDER or given in (None, action.default):
+            continue
+        words += [action.option_strings[-1], *([] if action.nargs == 0 else [str(given)])]
     return words

@@ -1,16 +1,13 @@
-#include "comm/mpi_losses.h"
+#include "comm/mpi/losses.h"
 
-#if defined(OPEN_MPI) && __has_include(<mpi-ext.h>)
-#include <mpi-ext.h>
-#endif
+namespace motes::comm::MOTES_MPI_ABI::losses {
 
-namespace motes::comm::losses {
+#ifdef MOTES_MPI_ULFM
 
-#ifdef OMPI_HAVE_MPI_EXT_FTMPI
-
-bool can_be_survived() { return true; }
+bool can_be_survived() { return MPIX_Comm_iagree != nullptr; }  // the others came with it
 
 bool survived() {
+  if (!can_be_survived()) return false;
   int* on = nullptr;
   int found = 0;
   if (MPI_Comm_get_attr(MPI_COMM_WORLD, MPIX_FT, static_cast<void*>(&on), &found) != MPI_SUCCESS || found == 0)
@@ -80,4 +77,4 @@ MPI_Comm shrunk(MPI_Comm) { return MPI_COMM_NULL; }
 
 #endif
 
-}  // namespace motes::comm::losses
+}  // namespace motes::comm::MOTES_MPI_ABI::losses

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "comm/clock.h"
-#include "comm/mpi_calls.h"
-#include "comm/mpi_transport.h"
+#include "comm/mpi/calls.h"
+#include "comm/mpi/library.h"
 
-namespace motes::comm {
+namespace motes::comm::smpi {
 namespace {
 
 constexpr std::size_t kBallast = std::size_t{1} << 26;
@@ -198,13 +198,17 @@ class SmpiTime : public TimeSource {
 
 }  // namespace
 
-std::unique_ptr<Transport> make_mpi(int handle) { return std::make_unique<SmpiTransport>(live(handle)); }
-
-bool mpi_can_survive() { return false; }
+std::unique_ptr<Transport> connect(MPI_Comm users) { return std::make_unique<SmpiTransport>(users); }
 
 void keep_mpi_time() {
   static SmpiTime time;
   set_time_source(&time);
 }
+
+}  // namespace motes::comm::smpi
+
+namespace motes::comm {
+
+const MpiLibrary& program_library() { return smpi::library(nullptr); }
 
 }  // namespace motes::comm

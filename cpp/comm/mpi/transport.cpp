@@ -1,5 +1,3 @@
-#include "comm/mpi_transport.h"
-
 #include <sched.h>
 #include <time.h>
 
@@ -13,10 +11,10 @@
 #include <vector>
 
 #include "comm/clock.h"
-#include "comm/mpi_calls.h"
-#include "comm/mpi_losses.h"
+#include "comm/mpi/calls.h"
+#include "comm/mpi/losses.h"
 
-namespace motes::comm {
+namespace motes::comm::MOTES_MPI_ABI {
 namespace {
 
 struct Sending {
@@ -426,10 +424,8 @@ class MpiTransport : public Transport {
 
 }  // namespace
 
-std::unique_ptr<Transport> make_mpi(int handle) { return std::make_unique<MpiTransport>(live(handle)); }
-
-bool mpi_can_survive() { return losses::can_be_survived(); }
+std::unique_ptr<Transport> connect(MPI_Comm users) { return std::make_unique<MpiTransport>(users); }
 
 void keep_mpi_time() {}  // the machine's clock is used
 
-}  // namespace motes::comm
+}  // namespace motes::comm::MOTES_MPI_ABI

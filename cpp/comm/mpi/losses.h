@@ -2,11 +2,11 @@
 // below it may be called.
 #pragma once
 
-#include "comm/mpi_calls.h"
+#include "comm/mpi/calls.h"
 
-namespace motes::comm::losses {
+namespace motes::comm::MOTES_MPI_ABI::losses {
 
-/// Returns whether this was built for an MPI with ULFM.
+/// Returns whether the MPI library has ULFM.
 bool can_be_survived();
 
 /// Returns whether this job continues after the loss of a process: the library supports it and the launcher enabled it.
@@ -28,4 +28,4 @@ void agree(MPI_Comm comm, int* flag, MPI_Request* request);
 /// Returns a communicator of the surviving ranks, the same on all of them. Waits until all have called this.
 MPI_Comm shrunk(MPI_Comm comm);
 
-}  // namespace motes::comm::losses
+}  // namespace motes::comm::MOTES_MPI_ABI::losses

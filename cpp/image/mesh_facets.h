@@ -4,8 +4,11 @@
 #include <cstdint>
 
 #include "image/layout.h"
-#include "image/light/texture.h"
 #include "simd/floats3.h"
+
+namespace motes::image {
+struct TextureLevel;
+}
 
 namespace motes::MOTES_ISA {
 

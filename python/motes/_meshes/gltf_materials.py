@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._values.images import picture_in
+from .._values.images import interpolated, picture_in
+from .._values.materials import Material
 from ..errors import ArgumentError
-from ..shapes._material import Material
-from ..shapes._surface_colors import sampled
 from .accessors import Accessors
 from .polygons import Unreadable
 from .surfaces import Surface, joined, linear_of
@@ -79,7 +78,7 @@ class Materials:
         colors = np.ones((len(part.vertices), 3)) if part.colors is None else part.colors
         colors = colors * np.array(material.color)
         if material.image is not None and part.uv is not None:
-            colors = colors * sampled(material.image, part.uv)
+            colors = colors * interpolated(material.image, part.uv, lambda pixels: pixels.astype(np.float64))
         return part._replace(colors=colors)
 
     def _picture(self, texture: dict[str, Any] | None, convert: Any) -> NDArray[np.float32] | None:

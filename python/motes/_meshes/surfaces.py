@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._values.colors import LINEAR
-from ..shapes._material import Material
+from .._values.materials import Material
 from .polygons import Floats, Indices
 
 __all__ = ["Surface", "joined", "linear_of", "sane"]

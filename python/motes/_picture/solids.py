@@ -13,10 +13,10 @@ from .. import _core
 from .._values import arguments
 from .._values.arguments import Triple
 from .._values.curves import Curve
+from .._values.materials import Material
 from .._values.values import Value, value
 from ..errors import ArgumentError
 from ..shapes import Blob, Line, Point, Shape, Union, native_of
-from ..shapes._material import Material
 from ..shapes._mesh import Mesh
 from .skies import light_key, light_of
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from .. import _extras
 from .._values import arguments
 from ..errors import ArgumentError
 
-__all__ = ["FORMATS", "picture_in", "read_picture"]
+__all__ = ["FORMATS", "interpolated", "picture_in", "read_picture"]
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "TGA", "PPM")
 """Formats that may be opened; others, such as EPS, would start programs or hold no pixels."""
@@ -55,6 +56,27 @@ def picture_in(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
         raise ArgumentError(argument, name, allowed) from None
     except Exception as error:  # of any kind: each format raises different ones
         raise ArgumentError(argument, name, f"a picture that can be read ({error})") from None
+
+
+def interpolated(
+    picture: NDArray[Any],
+    uv: NDArray[Any],
+    value: Callable[[NDArray[Any]], NDArray[np.float64]],
+) -> NDArray[np.float32]:
+    """Interpolate the values of the four nearest pixels at each texture coordinate."""
+    height, width, _ = picture.shape
+    x = (uv[:, 0].astype(np.float64) % 1) * width - 0.5
+    y = (1 - uv[:, 1].astype(np.float64) % 1) * height - 0.5
+    column, row = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, down = (x - column)[:, None], (y - row)[:, None]
+
+    def pixel(i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.float64]:
+        return value(picture[j % height, i % width, :3])
+
+    above = pixel(column, row) * (1 - right) + pixel(column + 1, row) * right
+    below = pixel(column, row + 1) * (1 - right) + pixel(column + 1, row + 1) * right
+    mixed: NDArray[np.float32] = (above * (1 - down) + below * down).astype(np.float32)
+    return mixed
 
 
 def _bytes(picture: Any) -> NDArray[np.uint8]:

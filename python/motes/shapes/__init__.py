@@ -20,7 +20,7 @@ from ..errors import ArgumentError, missing
 from ..expressions._conditions import Condition, Region, as_condition
 
 if TYPE_CHECKING:
-    from ._material import Material
+    from .._values.materials import Material
     from ._mesh import Mesh
     from ._outlines import Picture, Text
 
@@ -381,7 +381,7 @@ def __getattr__(name: str) -> Any:
 
         return Mesh
     if name == "Material":
-        from ._material import Material
+        from .._values.materials import Material
 
         return Material
     if name in ("Picture", "Text"):

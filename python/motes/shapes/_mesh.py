@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._values import arguments
+from .._values.materials import Material
 from .._values.values import value
 from ..errors import ArgumentError
 from . import Shape
-from ._material import Material
 
 __all__ = ["Mesh"]
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._values import arguments, colors
+from .._values.images import interpolated
 from ..errors import ArgumentError
 
-__all__ = ["densities", "directions_of", "of_vertices", "places", "sampled"]
+__all__ = ["densities", "directions_of", "of_vertices", "places"]
 
 BRIGHTEST = 1e6
 DENSEST = 1e6
@@ -39,7 +39,7 @@ def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> ND
     picture = _picture("colors", given)
     if picture is not None:
         table = np.array(colors.LINEAR)
-        return _frozen(_read(picture, _given(uv, "colors"), lambda pixels: table[pixels]))
+        return _frozen(interpolated(picture, _given(uv, "colors"), lambda pixels: table[pixels]))
     rows = _rows("colors", arguments.colors_of_rows("colors", given), (vertices, 3))
     if not ((rows >= 0) & (rows <= BRIGHTEST)).all():
         raise ArgumentError("colors", given, "linear RGB, in 0..1e6")
@@ -54,7 +54,7 @@ def densities(
     if picture is not None:
         places_on = _given(uv, "density")
         rows = _frozen(
-            _read(picture, places_on, lambda pixels: pixels.mean(axis=1, keepdims=True) / 255)[:, 0]
+            interpolated(picture, places_on, lambda pixels: pixels.mean(axis=1, keepdims=True) / 255)[:, 0]
         )
     else:
         rows = _rows("density", given, (vertices,))
@@ -87,32 +87,6 @@ def _given(uv: NDArray[np.float32] | None, argument: str) -> NDArray[np.float32]
             "uv", None, f"given if {argument} is a picture: the position of each vertex on it"
         )
     return uv
-
-
-def _read(
-    picture: NDArray[Any],
-    uv: NDArray[Any],
-    value: Callable[[NDArray[Any]], NDArray[np.float64]],
-) -> NDArray[np.float32]:
-    """Interpolate the values of the four nearest pixels at each texture coordinate."""
-    height, width, _ = picture.shape
-    x = (uv[:, 0].astype(np.float64) % 1) * width - 0.5
-    y = (1 - uv[:, 1].astype(np.float64) % 1) * height - 0.5
-    column, row = np.floor(x).astype(int), np.floor(y).astype(int)
-    right, down = (x - column)[:, None], (y - row)[:, None]
-
-    def pixel(i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.float64]:
-        return value(picture[j % height, i % width, :3])
-
-    above = pixel(column, row) * (1 - right) + pixel(column + 1, row) * right
-    below = pixel(column, row + 1) * (1 - right) + pixel(column + 1, row + 1) * right
-    mixed: NDArray[np.float32] = (above * (1 - down) + below * down).astype(np.float32)
-    return mixed
-
-
-def sampled(picture: NDArray[np.float32], uv: NDArray[Any]) -> NDArray[np.float32]:
-    """Return a picture of numbers, (height, width, 3), at each texture coordinate."""
-    return _read(picture, uv, lambda pixels: pixels.astype(np.float64))
 
 
 def _rows(argument: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float32]:

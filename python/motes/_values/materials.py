@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._values import arguments
-from .._values.arguments import Triple
-from .._values.values import Value, value
+from .. import _core
 from ..errors import ArgumentError
+from . import arguments
+from .arguments import Triple
+from .colors import LINEAR
+from .values import Value, value
 
 __all__ = ["Material"]
+
+MOST_SIDE = 8192
+PICTURE = f"uint8 sRGB or linear floats, (height, width, 3), up to {MOST_SIDE} pixels each way"
 
 
 @value(init=False)
@@ -43,18 +48,16 @@ class Material(Value):
         finish_image: Any = None,
     ) -> None:
         """Check the fields."""
-        from .._picture.skies import light_key, light_of
-
         self.__dict__.update(
             color=arguments.color("color", color, low=0, high=arguments.FARTHEST),
             roughness=arguments.number("roughness", roughness, low=0, high=1),
             metal=arguments.number("metal", metal, low=0, high=1),
-            image=None if image is None else light_of("image", image),
+            image=None if image is None else _light_of("image", image),
             finish_image=None if finish_image is None else _parts_of("finish_image", finish_image),
         )
         for name in ("image", "finish_image"):
             picture = self.__dict__[name]
-            self.__dict__[f"_{name}"] = 0 if picture is None else light_key(picture)
+            self.__dict__[f"_{name}"] = 0 if picture is None else _core.keep_light(picture)
 
     def _key(self) -> tuple[Any, ...]:
         """Compare pictures by their contents' hashes."""
@@ -62,13 +65,25 @@ class Material(Value):
         return tuple((self._items() | keys).values())
 
 
-def _parts_of(name: str, given: Any) -> NDArray[np.float32]:
-    from .._picture.skies import light_of
+def _light_of(name: str, given: Any) -> NDArray[np.float32]:
+    """Return a picture, uint8 sRGB or linear floats, as linear light."""
+    array = np.asarray(given)
+    if array.dtype == np.uint8 and array.ndim == 3:
+        array = np.array(LINEAR)[array]
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or array.dtype.kind != "f":
+        raise ArgumentError(name, f"{array.dtype} {array.shape}", PICTURE)
+    light = np.array(array[:, :, :3], np.float32, order="C")
+    if not 0 < min(light.shape) <= max(light.shape) <= MOST_SIDE or not ((light >= 0) & (light <= 1e6)).all():
+        raise ArgumentError(name, f"{array.dtype} {array.shape}", PICTURE)
+    light.flags.writeable = False
+    return light
 
+
+def _parts_of(name: str, given: Any) -> NDArray[np.float32]:
     given = np.asarray(given)
     if given.dtype == np.uint8:  # numbers, not colours
         given = given.astype(np.float32) / 255
-    parts = light_of(name, given)
+    parts = _light_of(name, given)
     if not (parts <= 1).all():
         raise ArgumentError(name, f"{given.dtype} {given.shape}", "numbers in 0..1, (height, width, 3)")
     return parts

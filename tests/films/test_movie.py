@@ -184,7 +184,7 @@ def test_all_frames_have_one_size(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"path": "a.avi"}, "path must be a name ending in .mp4, .mkv or .mov, got 'a.avi'"),
+        ({"path": "a.avi"}, "path must be a name ending in .mp4, .mkv, .mov, .webm, .gif or .webp"),
         ({"fps": 0}, "fps must be a finite number in 0.001..10000, got 0"),
         ({"fps": float("nan")}, "fps must be a finite number in 0.001..10000, got nan"),
         ({"crf": 99}, "crf must be a finite number in 0..51, got 99"),

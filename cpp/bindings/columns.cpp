@@ -180,8 +180,8 @@ int fill(particles::Store& store, std::size_t count, const std::vector<Rows>& co
     if (rows.attribute != particles::position && rows.values.shape(0) == 1) continue;
     if (rows.values.shape(0) != static_cast<py::ssize_t>(count)) throw std::invalid_argument("fill: one row each");
     const bool wide = rows.values.dtype().itemsize() == sizeof(double);
-    const bool finite = released(
-        [&] { return wide ? fill_planes<double>(store, rows, pool) : fill_planes<float>(store, rows, pool); });
+    const bool finite =
+        released([&] { return wide ? fill_planes<double>(store, rows, pool) : fill_planes<float>(store, rows, pool); });
     if (!finite) return rows.attribute;
   }
   if (numbered) released([&] { number_by_place(store, pool); });

@@ -100,5 +100,6 @@ struct MeshSplat : SpaceSplat {
 using PointSplat = DiscSplat;
 using ImageSplat = PictureSplat;
 using RibbonSplat = SpaceSplat;
+using LiquidSplat = DiscSplat;
 
 }  // namespace motes::image

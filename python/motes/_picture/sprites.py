@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Sprite", "check_change", "native_of"]
 
-KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon")
+KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon", "surface")
 FACINGS = ("camera", "velocity", "orientation")
 MOST_TRIANGLES = 10_000
 BLENDS = ("add", "alpha", "opaque")
 DEFAULT_PIXELS = 5
+DEFAULT_GLASS = 1.33
 MOST_PIXELS = 512
 
 
@@ -37,11 +38,12 @@ class Sprite(Value):
     Systems with different blends are combined in one picture with correct depth.
     """
 
-    kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc"
+    kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon", "surface"] = "disc"
     """"point": as small as a pixel; "disc": soft at its edge; "sphere": lit by the sun, with the depth of a
     sphere; "image": a picture; "mesh": an instance of a mesh, scaled by `size[0]`, lit by the sun and the
     sky, in the particle's colour times the mesh's own `colors`, clipped at white; "ribbon": a smooth band
-    along the particle's last positions, which fades and tapers towards its end."""
+    along the particle's last positions, which fades and tapers towards its end; "surface": all particles of
+    the system together, as the smooth skin of a liquid."""
     pixels: int | None = 5
     """The diameter, 1..512; None: the particle's `size[0]` in metres, up to 8192 pixels. Ignored for points
     and with `height`."""
@@ -92,10 +94,18 @@ class Sprite(Value):
     """For the kind "ribbon": how far it reaches back in time, s, above 0; a younger particle's ribbon begins
     where it was born. The band passes through up to 16 earlier positions, which are stored per particle; the
     length of a system's ribbons cannot change."""
+    radius: float | None = None
+    """For the kind "surface": of a particle, m, above 0: half the distance between neighbours, or somewhat
+    more. The liquid mirrors the sky, the sun and lights, bends and tints the picture behind it by the
+    particles' `color`, and shows that colour itself the deeper it is, by `alpha`: about 12 radii at 1."""
+    foam: float = 0
+    """For the kind "surface": the speed at which the liquid is white, m/s; 0: never."""
+    glass: float = 1.33
+    """For the kind "surface": the index of refraction, 1 to 4; 1.33 is water."""
 
     def __init__(
         self,
-        kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc",
+        kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon", "surface"] = "disc",
         pixels: int | None = 5,
         blend: Literal["add", "alpha", "opaque"] = "add",
         softness: float = 0,
@@ -114,6 +124,9 @@ class Sprite(Value):
         pick: Literal["random", "age"] | Expression | float | None = None,
         width: float | None = None,
         length: float | None = None,
+        radius: float | None = None,
+        foam: float = 0,
+        glass: float = DEFAULT_GLASS,
     ) -> None:
         """Check the fields."""
         state = self.__dict__
@@ -130,9 +143,10 @@ class Sprite(Value):
         state["width"] = _of_ribbon(self, "width", width)
         state["length"] = _of_ribbon(self, "length", length)
         _check_ribbon(self)
+        _set_liquid(self, radius, foam, glass)
         state["tiles"] = sheets.tiles_of(self.image, tiles)
         state["pick"] = sheets.pick_of(self.image, tiles, pick)
-        posed = self.kind in ("mesh", "ribbon") or self.facing != "camera"
+        posed = self.kind in ("mesh", "ribbon", "surface") or self.facing != "camera"
         sheet = None if self.image is None else sheets.sheet_of(self.image, self.tiles)
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
@@ -141,7 +155,7 @@ class Sprite(Value):
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,
-            blend=self.blend,
+            blend="opaque" if self.kind == "surface" else self.blend,
             of_height=self.height or 0,
             softness=self.softness,
             lit=self.lit,
@@ -159,7 +173,7 @@ class Sprite(Value):
         if self.image is not None:
             shown_by_name["image"] = sheets.text_of_pictures(self.image)
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
-        defaults |= {"lit": "False", "shadow": "0.0"}
+        defaults |= {"lit": "False", "shadow": "0.0", "foam": "0.0", "glass": repr(DEFAULT_GLASS)}
         defaults["facing"] = "'camera'"
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
@@ -174,6 +188,8 @@ def _of_kind(sprite: Sprite) -> dict[str, Any]:
         return shown if sprite.facing == "camera" else shown | facing
     if sprite.kind == "mesh":
         return {"mesh": content, **facing}
+    if sprite.kind == "surface":
+        return {"radius": sprite.radius, "foam": sprite.foam, "glass": sprite.glass}
     return {"width": sprite.width, "length": sprite.length} if sprite.kind == "ribbon" else {}
 
 
@@ -260,6 +276,32 @@ def _check_ribbon(sprite: Sprite) -> None:
         raise ArgumentError("height", sprite.height, "left out for a ribbon: `width` is its size")
     if sprite.shadow > 0:
         raise ArgumentError("shadow", sprite.shadow, "0 for a ribbon: it casts no shadow")
+
+
+def _set_liquid(sprite: Sprite, radius: Any, foam: Any, glass: Any) -> None:
+    state = sprite.__dict__
+    if (sprite.kind == "surface") != (radius is not None):
+        raise ArgumentError("radius", radius, "given for kind='surface', and for no other kind")
+    state["radius"] = None if radius is None else arguments.number("radius", radius, low=1e-9, high=1e6)
+    state["foam"] = arguments.number("foam", foam, low=0, high=1e9)
+    state["glass"] = arguments.number("glass", glass, low=1, high=4)
+    if sprite.kind != "surface":
+        for name, water in {"foam": 0, "glass": DEFAULT_GLASS}.items():
+            if state[name] != water:
+                raise ArgumentError(name, state[name], "left out for all kinds but 'surface'")
+        return
+    plain: dict[str, Any] = {
+        "pixels": DEFAULT_PIXELS,
+        "height": None,
+        "blend": "add",
+        "softness": 0,
+        "lit": False,
+    }
+    for name, default in plain.items():
+        if state[name] is not None and state[name] != default:
+            raise ArgumentError(
+                name, state[name], "left out for a surface, which `radius`, `foam` and `glass` describe"
+            )
 
 
 def _height(height: Any) -> float:

@@ -191,7 +191,9 @@ class Mesh(Shape):
         file = arguments.file_path("path", path)
         if file.suffix.lower() not in writing.SUFFIXES:
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(writing.SUFFIXES)}")
-        writing.write(file, self)
+        pose = self._numbers[:7]
+        shown = _smooth_normals(self.vertices, self.triangles) if self.smooth else self.normals
+        writing.write(file, writing.placed(pose, self.vertices, self.triangles, shown, self.uv, self.colors))
 
     def at(
         self,

@@ -37,7 +37,7 @@ bool has_normals(const Sprite& sprite) { return is_surface(sprite) && !drawn_as_
 
 }  // namespace
 
-bool is_posed(const Sprite& sprite) { return sprite.kind() >= Sprite::Kind::card; }
+bool is_posed(const Sprite& sprite) { return sprite.kind() >= Sprite::Kind::card && !sprite.is(Sprite::Kind::surface); }
 
 bool drawn_as_point(const Sprite& sprite) {
   if (sprite.kind() == Sprite::Kind::point) return true;
@@ -97,7 +97,9 @@ bool blurs_in_painter(const Sprite& sprite) {
 }
 
 bool with_velocity(const Sprite& sprite, const View& view) {
-  return (view.layers & kVelocityLayer) != 0 && sprite.blend == Sprite::Blend::opaque;
+  const auto* liquid = sprite.as<LiquidSprite>();
+  const bool foams = liquid != nullptr && liquid->foam > 0;
+  return foams || ((view.layers & kVelocityLayer) != 0 && sprite.blend == Sprite::Blend::opaque);
 }
 
 bool in_order_of_depth(std::span<const Sprite> sprites) {

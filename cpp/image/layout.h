@@ -157,7 +157,7 @@ constexpr std::int32_t size_units(std::uint32_t size) {
 inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of sprites at least 2 px wide
 
 /// Bytes of a velocity (three floats, m/s), which follows each record of an opaque system if the view has
-/// kVelocityLayer.
+/// kVelocityLayer, and of a liquid that foams.
 inline constexpr std::size_t kVelocityBytes = 12;
 bool with_velocity(const Sprite& sprite, const View& view);
 

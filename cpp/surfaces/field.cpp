@@ -14,7 +14,7 @@ std::uint32_t sum_of(std::uint32_t a, std::uint32_t b) {
   return sum < a ? kMostSum : sum;
 }
 
-void add_block(Block& to, const std::uint32_t* from) {
+void add_block(NodeBlock& to, const std::uint32_t* from) {
   for (std::size_t i = 0; i < kNodes; ++i) to[i] = sum_of(to[i], from[i]);
 }
 
@@ -74,7 +74,7 @@ void Field::add_one(const Reach& r) {
   for (std::int64_t bz = block_of(r.low[2] - 1); bz <= block_of(r.high[2]); ++bz) {
     for (std::int64_t by = block_of(r.low[1] - 1); by <= block_of(r.high[1]); ++by) {
       for (std::int64_t bx = block_of(r.low[0] - 1); bx <= block_of(r.high[0]); ++bx) {
-        Block& block = at(key_of(bx, by, bz));
+        NodeBlock& block = at(key_of(bx, by, bz));
         const std::int64_t x0 = std::max(r.low[0], bx * kBlock), x1 = std::min(r.high[0], bx * kBlock + kBlock - 1);
         const std::int64_t y0 = std::max(r.low[1], by * kBlock), y1 = std::min(r.high[1], by * kBlock + kBlock - 1);
         const std::int64_t z0 = std::max(r.low[2], bz * kBlock), z1 = std::min(r.high[2], bz * kBlock + kBlock - 1);
@@ -105,7 +105,7 @@ void Field::add_one(const Reach& r) {
   }
 }
 
-Block& Field::at(Key key) {
+NodeBlock& Field::at(BlockKey key) {
   if (key == last_key_) return blocks_[last_];
   const auto [found, made] = places_.try_emplace(key, blocks_.size());
   if (made) blocks_.emplace_back();
@@ -123,28 +123,28 @@ void Field::write(base::Bytes& out) const {
   out.put(static_cast<std::uint64_t>(blocks_.size()));
   for (const auto& [key, place] : places_) {
     out.put(key);
-    out.put_raw(blocks_[place].data(), sizeof(Block));
+    out.put_raw(blocks_[place].data(), sizeof(NodeBlock));
   }
 }
 
 void Field::add(base::Reader& in) {
-  Block block;
+  NodeBlock block;
   for (auto left = in.get<std::uint64_t>(); left > 0; --left) {
-    const auto key = in.get<Key>();
+    const auto key = in.get<BlockKey>();
     std::memcpy(block.data(), in.take(sizeof block).data(), sizeof block);
     add_block(at(key), block.data());
   }
 }
 
-std::vector<Key> Field::keys() const {
-  std::vector<Key> keys;
+std::vector<BlockKey> Field::keys() const {
+  std::vector<BlockKey> keys;
   keys.reserve(places_.size());
   for (const auto& [key, place] : places_) keys.push_back(key);
   std::sort(keys.begin(), keys.end());
   return keys;
 }
 
-const Block* Field::find(Key key) const {
+const NodeBlock* Field::find(BlockKey key) const {
   const auto found = places_.find(key);
   return found == places_.end() ? nullptr : &blocks_[found->second];
 }

@@ -44,16 +44,16 @@ inline constexpr double kReach = 2.4311, kWeight = 0.8724;
 /// Most blocks of a field: 2 GB.
 inline constexpr std::size_t kMostBlocks = std::size_t{1} << 20;
 
-using Block = std::array<std::uint32_t, kNodes>;  // x fastest
-using Key = std::uint64_t;  // of a block's place
+using NodeBlock = std::array<std::uint32_t, kNodes>;  // x fastest
+using BlockKey = std::uint64_t;  // of a block's place
 
 /// Places of blocks are within +-kFar in each direction.
 inline constexpr std::int64_t kFar = 1 << 20;
-constexpr Key key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
-  const auto part = [](std::int64_t place) { return static_cast<Key>(place + kFar) & 0x1fffffu; };
+constexpr BlockKey key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
+  const auto part = [](std::int64_t place) { return static_cast<BlockKey>(place + kFar) & 0x1fffffu; };
   return part(z) << 42 | part(y) << 21 | part(x);
 }
-constexpr std::array<std::int64_t, 3> place_of(Key key) {
+constexpr std::array<std::int64_t, 3> place_of(BlockKey key) {
   const auto part = [&](int shift) { return static_cast<std::int64_t>(key >> shift & 0x1fffffu) - kFar; };
   return {part(0), part(21), part(42)};
 }
@@ -75,20 +75,20 @@ class Field {
   const Measure& measure() const { return measure_; }
   std::size_t size() const { return blocks_.size(); }
   /// Returns the places of all blocks, ascending.
-  std::vector<Key> keys() const;
+  std::vector<BlockKey> keys() const;
   /// Returns a block, or null if it is empty.
-  const Block* find(Key key) const;
+  const NodeBlock* find(BlockKey key) const;
 
  private:
   struct Reach;
-  Block& at(Key key);
+  NodeBlock& at(BlockKey key);
   void add_one(const Reach& reach);
 
   Measure measure_;
   bool too_large_ = false;
-  std::unordered_map<Key, std::size_t> places_;
-  std::vector<Block> blocks_;
-  Key last_key_ = ~Key{0};
+  std::unordered_map<BlockKey, std::size_t> places_;
+  std::vector<NodeBlock> blocks_;
+  BlockKey last_key_ = ~BlockKey{0};
   std::size_t last_ = 0;
 };
 

@@ -38,11 +38,11 @@ double distance(std::uint32_t sum) {
 // The densities at the corners of a block's cells.
 class Corners {
  public:
-  Corners(const Field& field, Key key) {
+  Corners(const Field& field, BlockKey key) {
     const auto place = place_of(key);
     for (int b = 0; b < 8; ++b) {
       const int x = b & 1, y = b >> 1 & 1, z = b >> 2;
-      const Block* block = field.find(key_of(place[0] + x, place[1] + y, place[2] + z));
+      const NodeBlock* block = field.find(key_of(place[0] + x, place[1] + y, place[2] + z));
       if (block == nullptr) continue;
       for (int k = z * kBlock; k < (z == 0 ? kBlock : kPadded); ++k) {
         for (int j = y * kBlock; j < (y == 0 ? kBlock : kPadded); ++j) {
@@ -86,7 +86,7 @@ void each_cell(const Work& work) {
 }
 
 // Sets the vertices on the edges that begin at the block's nodes.
-void cross_edges(const Field& field, Key key, Part& part) {
+void cross_edges(const Field& field, BlockKey key, Part& part) {
   const Corners corners(field, key);
   if (!corners.crossed()) return;
   part.on_edges.assign(3 * kNodes, kNoVertex);
@@ -146,7 +146,7 @@ class Parts {
     parts_[i].vertices.resize(parts_[i].vertices.size() + 3 * centres);
   }
 
-  const Part& part(Key key) const {
+  const Part& part(BlockKey key) const {
     return parts_[static_cast<std::size_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin())];
   }
 
@@ -199,7 +199,7 @@ class Parts {
   }
 
   const Field& field_;
-  std::vector<Key> keys_;
+  std::vector<BlockKey> keys_;
   std::vector<Part> parts_;
 };
 

@@ -70,6 +70,11 @@ def shown(picture):
 def sprite(draw: st.DrawFn) -> str:
     """Draw a sprite of any kind."""
     kind = draw(st.sampled_from(KINDS))
+    if kind == "surface":
+        foam = draw(st.just(0) | numbers(0.1, 10))
+        shadow = draw(st.just(0) | numbers(0, 1))
+        radius, glass = draw(numbers(0.01, 1)), draw(numbers(1, 2))
+        return f"motes.Sprite('surface', radius={radius}, foam={foam}, glass={glass}, shadow={shadow})"
     facts = [f"{kind!r}", f"blend={draw(st.sampled_from(BLENDS))!r}"]
     width = draw(st.sampled_from(["", "pixels=None", "pixels=#", "pixels=#", "height=0.#"]))
     if width and kind not in ("mesh", "ribbon"):

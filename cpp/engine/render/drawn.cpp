@@ -48,6 +48,10 @@ image::Drawn traced(const Script& script, std::size_t system, const particles::S
   image::Drawn d = drawn(store);
   const auto* ribbon = script.record.sprites[system].as<image::RibbonSprite>();
   const int count = store.schema().find(particles::kTraceCount);
+  if (const auto* liquid = script.record.sprites[system].as<image::LiquidSprite>()) {
+    d.size = nullptr;
+    d.size_of_all = 2 * liquid->radius;
+  }
   if (ribbon == nullptr) return d;
   d.size = nullptr;
   d.size_of_all = ribbon->width;

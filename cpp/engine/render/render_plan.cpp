@@ -329,7 +329,10 @@ RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> s
                        const roles::Cast& cast, int ranks) {
   std::vector<Path> paths;
   const bool merges = merged_blend(view, sprites).has_value();
-  if (view.path == Path::automatic) {
+  const auto is_liquid = [](const image::Sprite& s) { return s.is(image::Sprite::Kind::surface); };
+  if (std::any_of(sprites.begin(), sprites.end(), is_liquid)) {
+    paths = {Path::gather};
+  } else if (view.path == Path::automatic) {
     paths = {Path::gather};
     if (ranks > 1) paths.push_back(Path::tiles);
     if (ranks > 1 && merges) paths.push_back(Path::composite);

@@ -74,7 +74,8 @@ RenderEstimate estimate(image::View::Path path, const image::View& view, std::sp
                         const RenderLoad& load, const roles::Cast& cast, int ranks);
 
 /// Plans a picture on the path that the view asks for or, if automatic, the fastest one by estimate. If nothing can be
-/// merged (merged_blend), `tiles` replaces `composite`. The pixels are the same on all paths.
+/// merged (merged_blend), `tiles` replaces `composite`; a liquid's surface needs the whole picture in one place, so
+/// `gather` replaces all others. The pixels are the same on all paths.
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
                        const roles::Cast& cast, int ranks);
 

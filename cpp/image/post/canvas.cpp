@@ -1,6 +1,8 @@
 #include "image/post/canvas.h"
 
+#include <algorithm>
 #include <cstring>
+#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -43,8 +45,11 @@ Pixels Canvas::finish() {
 void Canvas::finish(std::span<std::uint8_t> pixels) {
   if (!scene_.prepared()) throw std::logic_error("Canvas::finish before begin");
   if (pixels.size() != size()) throw base::InvalidArgument("pixels", "be height * width * 3 bytes");
-  if (keep_linear_) light_.begin(scene_.grid());
-  if (scene_.view().bloom > 0) {
+  const bool liquids = liquids_.begin(scene_.view(), messages_);
+  if (keep_linear_ || liquids) light_.begin(scene_.grid());
+  if (liquids) {
+    finish_with_liquids(pixels);
+  } else if (scene_.view().bloom > 0) {
     finish_with_bloom(pixels);
   } else {
     finish_by_tiles(pixels);
@@ -70,10 +75,25 @@ void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
   });
 }
 
-void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
+void Canvas::begin_bloom() {
   std::vector<Area> tiles;
   for (int tile = 0; tile < scene_.grid().tiles(); ++tile) tiles.push_back(scene_.grid().area(tile));
   bloom_tiles_.begin(scene_.view(), std::move(tiles), pool_->threads());
+}
+
+// Spreads the light that bloom_tiles_ keeps, and shows it.
+void Canvas::show_bloom(std::uint8_t* pixels) {
+  bloom_.begin(bloom_tiles_.plan());
+  bloom_.add(bloom_tiles_);
+  bloom_.spread(*pool_);
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    const TileLight light = bloom_tiles_.mix(static_cast<std::size_t>(tile), bloom_.cells(), worker);
+    show(workers_[worker].painter, light, area, pixels);
+  });
+}
+
+void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
+  begin_bloom();
   each_tile([&](int tile, const Area& area, std::size_t worker) {
     TileWorker& by = workers_[worker];
     messages_.collect(tile, by.pieces);
@@ -82,12 +102,37 @@ void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
     bloom_tiles_.keep(static_cast<std::size_t>(tile), by.painter.light(), worker);
     layers_.keep(by.painter, by.pieces, area);
   });
-  bloom_.begin(bloom_tiles_.plan());
-  bloom_.add(bloom_tiles_);
-  bloom_.spread(*pool_);
+  show_bloom(pixels.data());
+}
+
+void Canvas::finish_with_liquids(std::span<std::uint8_t> pixels) {
   each_tile([&](int tile, const Area& area, std::size_t worker) {
-    const TileLight light = bloom_tiles_.mix(static_cast<std::size_t>(tile), bloom_.cells(), worker);
-    show(workers_[worker].painter, light, area, pixels.data());
+    TileWorker& by = workers_[worker];
+    messages_.collect(tile, by.pieces);
+    const auto liquid = std::stable_partition(by.pieces.begin(), by.pieces.end(), std::not_fn(is_liquid));
+    const std::span<const Piece> others(by.pieces.begin(), liquid);
+    by.painter.start(area);
+    by.painter.paint(others);
+    liquids_.take(by.painter, light_.at(area), light_.row_lanes());
+    layers_.keep(by.painter, others, area);
+    liquids_.add(area, others, {liquid, by.pieces.end()}, by.painter);
+  });
+  liquids_.finish(light_.at({}), *pool_);
+  if (scene_.view().layers != 0) {
+    liquids_.each_pixel([&](int x, int y, float depth) { layers_.cover(x, y, depth); });
+  }
+  const auto light = [&](const Area& area) {
+    return TileLight{light_.at(area), light_.row_lanes(), area.width, area.height, area.x, area.y};
+  };
+  if (scene_.view().bloom > 0) {
+    begin_bloom();
+    each_tile([&](int tile, const Area& area, std::size_t worker) {
+      bloom_tiles_.keep(static_cast<std::size_t>(tile), light(area), worker);
+    });
+    return show_bloom(pixels.data());
+  }
+  each_tile([&](int, const Area& area, std::size_t worker) {
+    workers_[worker].painter.show(light(area), pixels.data() + at(area), row_lanes());
   });
 }
 

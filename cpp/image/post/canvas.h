@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "image/liquid/liquids.h"
 #include "image/pixels.h"
 #include "image/post/bloom.h"
 #include "image/post/bloom_tiles.h"
@@ -48,6 +49,9 @@ class Canvas {
  private:
   void finish_by_tiles(std::span<std::uint8_t> pixels);
   void finish_with_bloom(std::span<std::uint8_t> pixels);
+  void finish_with_liquids(std::span<std::uint8_t> pixels);
+  void begin_bloom();
+  void show_bloom(std::uint8_t* pixels);
   template <class Work>
   void each_tile(const Work& work);
   void show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels);
@@ -64,7 +68,8 @@ class Canvas {
   threads::Pool* pool_ = nullptr;
   TileWorkers workers_;
   Layers layers_;
-  PictureLight light_;  // in use if keep_linear_
+  PictureLight light_;  // in use if keep_linear_, or with liquids
+  Liquids liquids_;
   BloomTiles bloom_tiles_;
   Bloom bloom_;
 };

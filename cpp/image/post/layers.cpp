@@ -58,6 +58,14 @@ void Layers::take(const Area& area, base::Reader& in) {
   }
 }
 
+void Layers::cover(int x, int y, float depth) {
+  for (Plane& plane : planes_) {
+    if (plane.all.empty()) continue;
+    const float value = plane.bit == kDepthLayer ? depth : plane.bit == kAlphaLayer ? 1.0f : 0.0f;
+    std::fill_n(at(plane, {0, x, y, 1, 1}), plane.values, value);
+  }
+}
+
 void Layers::keep_blank(const Area& area) {
   for (Plane& plane : planes_) {
     if (plane.all.empty()) continue;

@@ -31,6 +31,9 @@ class Layers {
                    base::Bytes& out);
   void take(const Area& area, base::Reader& in);
 
+  /// Puts a surface that is not a particle's in front of everything else at a pixel; `depth`: m.
+  void cover(int x, int y, float depth);
+
   /// Keeps the layers of a tile in which nothing is visible.
   void keep_blank(const Area& area);
 

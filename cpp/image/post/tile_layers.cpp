@@ -36,8 +36,8 @@ void take_fronts(NearestSurface* alone, const NearestSurface* nearest, int width
 
 }  // namespace
 
-void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_t row_floats) {
-  // Draw black particles over light of 1; what remains is the part that they let through.
+// Draws black particles over light of 1: what remains is the part that they let through.
+void TilePainter::show_passed(std::span<const Piece> pieces) {
   std::vector<std::vector<std::byte>> black;
   std::vector<Piece> hiding;
   for (const Piece& piece : pieces) {
@@ -52,6 +52,31 @@ void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_
   for (int y = 0; y < area_.height; ++y) std::fill_n(planes_.light + y * kLightStride, 3 * area_.width, kUnit);
   ordered_.sort(hiding);  // rounding depends on the order
   for (const Piece& run : ordered_.runs()) blend(run);
+}
+
+void TilePainter::front(std::span<const Piece> pieces, const float* depths, std::size_t row_floats, bool passed) {
+  planes_.nearest = Scenery::kNothing;
+  planes_.farthest = 0;
+  for (int y = 0; y < area_.height; ++y, depths += row_floats) {
+    std::uint32_t* depth = planes_.depth + y * kPixelStride;
+    for (int x = 0; x < area_.width; ++x) {
+      const std::uint32_t before = planes_.hides ? depth[x] : Scenery::kNothing;
+      depth[x] = std::min(before, std::bit_cast<std::uint32_t>(depths[x]));
+      planes_.nearest = std::min(planes_.nearest, depth[x]);
+      planes_.farthest = std::max(planes_.farthest, depth[x]);
+    }
+  }
+  planes_.hides = true;
+  blocks_.forget();
+  room_ = 0;  // unknown until the next search
+  saturating_ = false;
+  if (passed) return show_passed(pieces);
+  for (int y = 0; y < area_.height; ++y) std::fill_n(planes_.light + y * kLightStride, 3 * area_.width, 0u);
+  paint_blended(pieces);
+}
+
+void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_t row_floats) {
+  show_passed(pieces);
   const Scenery& scenery = scene_->scenery();
   const bool holds_out = scenery.view().bare && scenery.occupied(area_.tile);  // solids are not in the picture
   for (int y = 0; y < area_.height; ++y, alphas += row_floats) {

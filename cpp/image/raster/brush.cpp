@@ -227,6 +227,7 @@ MeshSplat splat_of(const MeshSprite& sprite, const View& view) {
           reach_of_mesh(sprite.mesh)};
 }
 SpaceSplat splat_of(const RibbonSprite&, const View& view) { return space_splat(view); }
+DiscSplat splat_of(const LiquidSprite&, const View& view) { return splat_of(DiscSprite{}, view); }
 
 // Each is of the type that the kernels of its kind read.
 #define MOTES_SPRITE_KIND(kind, Name) \

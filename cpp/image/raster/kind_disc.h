@@ -98,4 +98,9 @@ struct Disc : DiscShape {
   }
 };
 
+/// The particles of a liquid are drawn together: see image/liquid.
+struct Liquid : Disc {
+  using Disc::Disc;
+};
+
 }  // namespace motes::MOTES_ISA

@@ -42,6 +42,12 @@ class Pieces {
   /// begin().
   std::size_t collect(int tile, std::vector<Piece>& pieces) const;
 
+  /// Calls use(brush) for the brushes of all messages, in any order.
+  template <class Use>
+  void each_brush(const Use& use) const {
+    for (const Part& part : parts_) use(*part.brush);
+  }
+
  private:
   struct Part {
     RecordsView records;

@@ -103,5 +103,6 @@ struct MeshSplat : SpaceSplat {
 using PointSplat = DiscSplat;
 using ImageSplat = PictureSplat;
 using RibbonSplat = SpaceSplat;
+using LiquidSplat = DiscSplat;
 
 }  // namespace motes::image

@@ -70,6 +70,10 @@ class TilePainter {
   /// tile's light.
   void alpha(std::span<const Piece> pieces, float* alphas, std::size_t row_floats);
 
+  /// Replaces the light by that of the blended `pieces` in front of `depths`, m, and of the tile's surfaces. `passed`:
+  /// by the part, in kUnit, of light from behind that they let through.
+  void front(std::span<const Piece> pieces, const float* depths, std::size_t row_floats, bool passed);
+
   /// Writes the velocity of the nearest opaque particle of the painted `pieces`, m/s, three floats per pixel; 0 where
   /// something else is nearer.
   void velocity(std::span<const Piece> pieces, float* velocities, std::size_t row_floats);
@@ -80,6 +84,7 @@ class TilePainter {
   void show_scenery();
   void show_surfaces();
   void paint_blended(std::span<const Piece> pieces);
+  void show_passed(std::span<const Piece> pieces);
   void start_surfaces();
   void paint_surfaces(std::span<const Piece> pieces);
   void draw_opaque(const Piece& given, const TilePlanes& planes);

@@ -1,7 +1,7 @@
 // How the particles of one system are drawn: what all kinds of sprites have, and what one kind has (a file each).
 //
 //   Sprite = Look  +  pixels, of_height, softness, blend, lit, shadow, finish
-//            point | disc | sphere | image | card | mesh | ribbon
+//            point | disc | sphere | image | card | mesh | ribbon | surface
 //
 // Members are described where they are declared (base/members.h). From that follow the bytes in recorded lists and in
 // messages of records, and the arguments that scripts give.
@@ -14,6 +14,7 @@
 
 #include "base/members.h"
 #include "image/sprites/finish.h"
+#include "image/sprites/liquid.h"
 #include "image/sprites/mesh.h"
 #include "image/sprites/picture.h"
 #include "image/sprites/plain.h"

@@ -6,47 +6,62 @@ import io
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._io.files import write_whole
 
-if TYPE_CHECKING:
-    from ..shapes._mesh import Mesh
-
-__all__ = ["SUFFIXES", "write"]
+__all__ = ["SUFFIXES", "Placed", "placed", "write"]
 
 Array = NDArray[Any]
 
 
-def write(path: Path, mesh: Mesh) -> None:
-    """Write a mesh at its place; the file appears only when it is complete."""
+class Placed(NamedTuple):
+    """A mesh at its place, as it is written: see `Mesh` for the arrays."""
+
+    points: Array
+    triangles: Array
+    normals: Array | None
+    uv: Array | None
+    colors: Array | None
+
+
+def write(path: Path, mesh: Placed) -> None:
+    """Write a mesh; the file appears only when it is complete."""
     write_whole(path, _WRITERS[path.suffix.lower()](mesh))
 
 
-def _placed(mesh: Mesh) -> tuple[Array, Array | None]:
-    """Return the vertices and normals at the mesh's place."""
-    x, y, z, *turn = mesh._numbers[:7]
-    rotation = _rotation(*turn)
-    points = (mesh.vertices.astype(np.float64) @ rotation.T + (x, y, z)).astype(np.float32)
-    normals = mesh.normals
-    if normals is None:
-        return points, None
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit = np.where(lengths > 0, normals / np.where(lengths > 0, lengths, 1), (0, 1, 0))
-    return points, (unit @ rotation.T).astype(np.float32)
-
-
-def _rotation(w: float, x: float, y: float, z: float) -> Array:
-    return np.array(
+def turned(rows: Array, pose: tuple[float, ...]) -> Array:
+    """Rotate vectors by a pose's quaternion (w, x, y, z), which follows its position."""
+    w, x, y, z = pose[3:7]
+    rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+    around: Array = rows.astype(np.float64) @ rotation.T
+    return around
+
+
+def placed(
+    pose: tuple[float, ...],
+    vertices: Array,
+    triangles: Array,
+    normals: Array | None,
+    uv: Array | None,
+    colors: Array | None,
+) -> Placed:
+    """Return a mesh in a pose: its position, then its rotation."""
+    points = (turned(vertices, pose) + pose[:3]).astype(np.float32)
+    if normals is not None:
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        unit = np.where(lengths > 0, normals / np.where(lengths > 0, lengths, 1), (0, 1, 0))
+        normals = turned(unit, pose).astype(np.float32)
+    return Placed(points, triangles, normals, uv, colors)
 
 
 def _rows(array: Array, form: str) -> str:
@@ -55,8 +70,8 @@ def _rows(array: Array, form: str) -> str:
     return text.getvalue()
 
 
-def _obj(mesh: Mesh) -> bytes:
-    points, normals = _placed(mesh)
+def _obj(mesh: Placed) -> bytes:
+    points, normals = mesh.points, mesh.normals
     parts = [_rows(points, "v %.9g %.9g %.9g")]
     index = "%d"
     if mesh.uv is not None:
@@ -70,8 +85,8 @@ def _obj(mesh: Mesh) -> bytes:
     return "".join(parts).encode()
 
 
-def _glb(mesh: Mesh) -> bytes:
-    points, normals = _placed(mesh)
+def _glb(mesh: Placed) -> bytes:
+    points, normals = mesh.points, mesh.normals
     binary = bytearray()
     views: list[dict[str, int]] = []
     accessors: list[dict[str, Any]] = []
@@ -122,8 +137,8 @@ def _uint32(number: int) -> bytes:
     return number.to_bytes(4, "little")
 
 
-def _usd(mesh: Mesh) -> bytes:
-    points, normals = _placed(mesh)
+def _usd(mesh: Placed) -> bytes:
+    points, normals = mesh.points, mesh.normals
     bounds = np.stack([points.min(axis=0), points.max(axis=0)])
     lines = [
         f"int[] faceVertexCounts = [{', '.join(['3'] * len(mesh.triangles))}]",
@@ -152,5 +167,5 @@ def _tuples(rows: Array) -> str:
 
 _FLOAT, _UINT32 = 5126, 5125
 _VERTICES, _INDICES = 34962, 34963
-_WRITERS: dict[str, Callable[[Mesh], bytes]] = {".obj": _obj, ".glb": _glb, ".usd": _usd}
+_WRITERS: dict[str, Callable[[Placed], bytes]] = {".obj": _obj, ".glb": _glb, ".usd": _usd}
 SUFFIXES = tuple(_WRITERS)

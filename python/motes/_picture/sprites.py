@@ -23,11 +23,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Sprite", "check_change", "native_of"]
 
-KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon")
+KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon", "surface")
 FACINGS = ("camera", "velocity", "orientation")
 MOST_TRIANGLES = 10_000
 BLENDS = ("add", "alpha", "opaque")
 DEFAULT_PIXELS = 5
+DEFAULT_GLASS = 1.33
 MOST_PIXELS = 512
 
 
@@ -38,11 +39,12 @@ class Sprite(Value):
     Systems with different blends are combined in one picture with correct depth.
     """
 
-    kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc"
+    kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon", "surface"] = "disc"
     """"point": as small as a pixel; "disc": soft at its edge; "sphere": lit by the sun, with the depth of a
     sphere; "image": a picture; "mesh": an instance of a mesh, scaled by `size[0]`, lit by the sun and the
     sky, in the particle's colour times the mesh's own `colors`, clipped at white; "ribbon": a smooth band
-    along the particle's last positions, which fades and tapers towards its end."""
+    along the particle's last positions, which fades and tapers towards its end; "surface": all particles of
+    the system together, as the smooth skin of a liquid."""
     pixels: int | None = 5
     """The diameter, 1..512; None: the particle's `size[0]` in metres, up to 8192 pixels. Ignored for points
     and with `height`."""
@@ -102,10 +104,18 @@ class Sprite(Value):
     """How much of a metal the surface is, 0..1, as for `Solid`: it reflects the sun, lights and the sky in
     its colour. For the same kinds as `roughness`. Left out, both are those of the mesh's `material`, if it
     has one, whose colour and picture then also apply."""
+    radius: float | None = None
+    """For the kind "surface": of a particle, m, above 0: half the distance between neighbours, or somewhat
+    more. The liquid mirrors the sky, the sun and lights, bends and tints the picture behind it by the
+    particles' `color`, and shows that colour itself the deeper it is, by `alpha`: about 12 radii at 1."""
+    foam: float = 0
+    """For the kind "surface": the speed at which the liquid is white, m/s; 0: never."""
+    glass: float = 1.33
+    """For the kind "surface": the index of refraction, 1 to 4; 1.33 is water."""
 
     def __init__(
         self,
-        kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc",
+        kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon", "surface"] = "disc",
         pixels: int | None = 5,
         blend: Literal["add", "alpha", "opaque"] = "add",
         softness: float = 0,
@@ -126,6 +136,9 @@ class Sprite(Value):
         length: float | None = None,
         roughness: float | None = None,
         metal: float | None = None,
+        radius: float | None = None,
+        foam: float = 0,
+        glass: float = DEFAULT_GLASS,
     ) -> None:
         """Check the fields."""
         state = self.__dict__
@@ -142,6 +155,7 @@ class Sprite(Value):
         state["width"] = _of_ribbon(self, "width", width)
         state["length"] = _of_ribbon(self, "length", length)
         _check_ribbon(self)
+        _set_liquid(self, radius, foam, glass)
         cut = None if self.kind == "mesh" else self.image
         state["tiles"] = sheets.tiles_of(cut, tiles)
         state["pick"] = sheets.pick_of(cut, tiles, pick)
@@ -150,7 +164,7 @@ class Sprite(Value):
             self, "roughness", roughness, plain=1 if look is None else look.roughness
         )
         state["metal"] = _finish(self, "metal", metal, plain=0 if look is None else look.metal)
-        posed = self.kind in ("mesh", "ribbon") or self.facing != "camera"
+        posed = self.kind in ("mesh", "ribbon", "surface") or self.facing != "camera"
         sheet = None if cut is None else sheets.sheet_of(cut, self.tiles)
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
@@ -159,7 +173,7 @@ class Sprite(Value):
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,
-            blend=self.blend,
+            blend="opaque" if self.kind == "surface" else self.blend,
             of_height=self.height or 0,
             softness=self.softness,
             lit=self.lit,
@@ -180,6 +194,7 @@ class Sprite(Value):
             shown_by_name["image"] = sheets.text_of_pictures(self.image)
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
         defaults |= {"lit": "False", "shadow": "0.0", "roughness": "1.0", "metal": "0.0"}
+        defaults |= {"foam": "0.0", "glass": repr(DEFAULT_GLASS)}
         defaults["facing"] = "'camera'"
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
@@ -195,6 +210,8 @@ def _of_kind(sprite: Sprite) -> dict[str, Any]:
     if sprite.kind == "mesh":
         assert sprite.mesh is not None
         return {"mesh": content_of(_tinted(sprite.mesh)), "picture": content, **facing}
+    if sprite.kind == "surface":
+        return {"radius": sprite.radius, "foam": sprite.foam, "glass": sprite.glass}
     return {"width": sprite.width, "length": sprite.length} if sprite.kind == "ribbon" else {}
 
 
@@ -312,6 +329,32 @@ def _check_ribbon(sprite: Sprite) -> None:
         raise ArgumentError("height", sprite.height, "left out for a ribbon: `width` is its size")
     if sprite.shadow > 0:
         raise ArgumentError("shadow", sprite.shadow, "0 for a ribbon: it casts no shadow")
+
+
+def _set_liquid(sprite: Sprite, radius: Any, foam: Any, glass: Any) -> None:
+    state = sprite.__dict__
+    if (sprite.kind == "surface") != (radius is not None):
+        raise ArgumentError("radius", radius, "given for kind='surface', and for no other kind")
+    state["radius"] = None if radius is None else arguments.number("radius", radius, low=1e-9, high=1e6)
+    state["foam"] = arguments.number("foam", foam, low=0, high=1e9)
+    state["glass"] = arguments.number("glass", glass, low=1, high=4)
+    if sprite.kind != "surface":
+        for name, water in {"foam": 0, "glass": DEFAULT_GLASS}.items():
+            if state[name] != water:
+                raise ArgumentError(name, state[name], "left out for all kinds but 'surface'")
+        return
+    plain: dict[str, Any] = {
+        "pixels": DEFAULT_PIXELS,
+        "height": None,
+        "blend": "add",
+        "softness": 0,
+        "lit": False,
+    }
+    for name, default in plain.items():
+        if state[name] is not None and state[name] != default:
+            raise ArgumentError(
+                name, state[name], "left out for a surface, which `radius`, `foam` and `glass` describe"
+            )
 
 
 def _height(height: Any) -> float:

@@ -209,7 +209,10 @@ class Mesh(Shape):
         file = arguments.file_path("path", path)
         if file.suffix.lower() not in writing.SUFFIXES:
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(writing.SUFFIXES)}")
-        writing.write(file, self)
+        pose = self._numbers[:7]
+        points, corners = self.vertices, self.triangles
+        shown = _smooth_normals(points, corners, _places(points)) if self.smooth else self.normals
+        writing.write(file, writing.placed(pose, points, corners, shown, self.uv, self.colors))
 
     def at(
         self,

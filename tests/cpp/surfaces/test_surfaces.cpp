@@ -140,7 +140,7 @@ TEST(surfaces_of_heaps_at_one_place_are_those_of_one_particle) {
   heap.z.assign(20000, 0.3f);
   Field field = field_of(heap, {0.25, 0.5}, 0, 20000);
   std::uint32_t most = 0;
-  for (const Key key : field.keys())
+  for (const BlockKey key : field.keys())
     for (const std::uint32_t sum : *field.find(key)) most = std::max(most, sum);
   CHECK(most == kMostSum);
   field.add(field_of(heap, {0.25, 0.5}, 0, 20000));

@@ -1,0 +1,93 @@
+// One liquid of a picture: all particles of one look as a smooth surface, in screen space (S. Green, Screen Space Fluid
+// Rendering for Games, 2010; smoothed as in W. van der Laan et al., Screen Space Fluid Rendering with Curvature Flow,
+// 2009, with the strides of a hierarchy of binomial filters).
+//
+//   records of a tile   add()      nearest depth, thickness, means of colours and speeds in cells of 8x8 px
+//   all tiles           smooth()   depths without the bumps of particles
+//                       shade()    light over what is behind
+//
+// Depths are least values and the rest are sums of integers, so the order of records does not matter.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "image/buffer.h"
+#include "image/grid.h"
+#include "image/light/surface_light.h"
+#include "image/liquid/liquid_lanes.h"
+#include "image/raster/pieces.h"
+#include "image/scene.h"
+#include "threads/pool.h"
+
+namespace motes::image {
+
+/// The depth where there is no liquid, m; it is compared with half of it.
+inline constexpr float kNoLiquid = 2e30f;
+
+/// A picture to which liquids are added. Rows of depths are `row` apart and readable 16 numbers beyond their ends.
+struct LiquidPicture {
+  std::uint32_t* light;
+  const std::uint32_t* behind;  // the same light, without what is in front of liquids
+  const float* depth;  // of the nearest opaque surface, m; infinite where there is none
+  std::ptrdiff_t row;
+};
+
+class LiquidSurface {
+ public:
+  /// Prepares for a frame.
+  void begin(const LiquidSprite& look, const View& view);
+  const LiquidSprite& look() const { return look_; }
+
+  /// Starts a tile. Threads may work on different tiles at the same time.
+  void clear(const Area& area);
+  /// Adds the records of a piece to its tile.
+  void add(const Area& area, const Piece& piece);
+
+  /// Returns whether any tile has some of the liquid.
+  bool any() const;
+  bool any(int tile) const { return most_[static_cast<std::size_t>(tile)] > 0; }
+
+  void smooth(threads::Pool& pool);
+  void shade(const LiquidPicture& picture, threads::Pool& pool) const;
+
+  /// Returns the depths of a row of pixels, m.
+  const float* depth(int y) const { return depth_.data() + at(0, y); }
+
+  /// Returns the rows and columns of the picture that may have some of the liquid.
+  Area box() const;
+
+ private:
+  static constexpr int kCell = 8;  // px
+  static constexpr int kMostStride = 64;
+  static constexpr int kPad = 2 * kMostStride;  // px on both sides of a row of depths
+  enum Mean { red, green, blue, alpha, speed, weight, means };
+
+  struct Ball;
+  void add_ball(const Area& area, const Ball& ball);
+  void add_means(const Area& area, const Ball& ball);
+  void smooth_rows(BufferOf<float>& to, const BufferOf<float>& from, int stride, bool across,
+                   threads::Pool& pool) const;
+  void spread_means(int y, const Area& box, float* to, std::ptrdiff_t stride) const;
+
+  std::ptrdiff_t stride() const { return grid_.width + 2 * kPad; }
+  std::ptrdiff_t at(int x, int y) const { return y * stride() + kPad + x; }
+  int cell_columns() const { return (grid_.width + kCell - 1) / kCell; }
+  int cell_rows() const { return (grid_.height + kCell - 1) / kCell; }
+
+  const LiquidLanes* lanes_ = &liquid_lanes();
+  LiquidSprite look_;
+  Grid grid_;
+  View view_;
+  float focal_ = 0;
+  std::shared_ptr<const SurfaceLight> light_;
+  BufferOf<float> depth_, other_;
+  BufferOf<std::uint32_t> thickness_;
+  BufferOf<std::uint64_t> cells_[means];
+  std::vector<float> most_;  // by tile: the radius of its largest ball, px; 0: none
+};
+
+}  // namespace motes::image

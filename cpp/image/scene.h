@@ -148,6 +148,7 @@ struct View {
   bool smooth = true;  // edges of objects are anti-aliased
   bool linear = false;  // the picture's linear light is kept in addition to its pixels
   std::uint8_t layers = 0;  // kDepthLayer | kAlphaLayer | kVelocityLayer
+  float occlusion = 0;  // part of the sky's light lost where opaque things are near on all sides, 0..1
   std::optional<Camera> before;  // the previous frame's camera, if that frame was drawn; set by the engine
 
   bool operator==(const View&) const = default;
@@ -157,7 +158,7 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
         view.sun, view.sun_color, view.sun_power, view.sun_size, view.lights, view.path, view.shutter, view.bloom,
-        view.smooth, view.linear, view.layers, view.before);
+        view.smooth, view.linear, view.layers, view.before, view.occlusion);
 }
 
 /// Greatest number of past positions that a ribbon passes through.

@@ -3,6 +3,7 @@
 
 #include "image/daylight_parts.h"
 #include "image/grid.h"
+#include "image/light/depth_sight.h"
 #include "image/light/lamp_lanes.h"
 #include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
@@ -178,6 +179,14 @@ MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, con
   });
 }
 
+// Returns the part of a light that particles let through to surfaces.
+MOTES_INLINE Floats light_left(const image::ShadowMap& map, Floats3 point) {
+  Floats left = all(1.0f);
+  if (map.left != nullptr) left = light_through(map, point, Floats{});
+  if (map.sharp.texels != nullptr) left *= light_past(map.sharp, point, Floats{}, Floats{});
+  return left;
+}
+
 MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   const Floats3 sun = all3(view.sun.toward);
   const Floats facing = dot(at.normal, sun);
@@ -194,7 +203,7 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
     dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
     light = only(open & ~dark, facing);
   }
-  if (view.sun_shadow.left != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
+  light *= light_left(view.sun_shadow, at.point);
   at.arriving = at.arriving + all3(view.sun.color) * light;
   at.shadows |= dark & 1;
 }
@@ -230,7 +239,7 @@ MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPla
     part = only(open & ~dark, facing / (square * sqrt(square)));
   }
   if (light.per_cosine > 0) part *= in_cone(light, along, square);
-  if (light.shadow.left != nullptr) part *= light_through(light.shadow, at.point, Floats{});
+  part *= light_left(light.shadow, at.point);
   at.arriving = at.arriving + all3(light.color) * part;
   at.shadows |= dark & bit;
 }
@@ -244,6 +253,23 @@ MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats3 normal)
             kBounce + (kSky - kBounce + kTint * background.z) * up};
   }
   return ambient_at(view.ambient, normal);
+}
+
+// Returns the part of the sky's light that nothing nearby keeps from surfaces.
+__attribute__((noinline)) Floats sky_in_sight(const image::ShadeView& view, const Shading& at) {
+  const Mask upright = abs(at.normal.y) > 0.9f;
+  const Floats3 axis{only(upright, all(1.0f)), only(~upright, all(1.0f)), Floats{}};
+  const Floats3 across = unit(cross(at.normal, axis)), upward = cross(across, at.normal);
+  const Floats3 from = at.point + at.normal * at.offset;
+  const Floats part = part_in_sight(view.around, view.around_count, all(1), at.object, at.seen, [&](int k) {
+    const float x = view.places->x[k], y = view.places->y[k], rest = 1 - x * x - y * y;
+    const Floats3 way = across * x + upward * y + at.normal * __builtin_sqrtf(rest > 0.01f ? rest : 0.01f);
+    return Rays{from, way * view.occlusion_reach};
+  });
+  const Floats left = 1.0f - view.occlusion * (1.0f - part);
+  if (!(view.sky_depths.part > 0)) return left;
+  const auto facing = [](Floats cosine) { return max(cosine, Floats{}); };
+  return left * sky_past(view.sky_depths, at.point, at.normal, Floats{}, facing);
 }
 
 // Multiplies colours by those of the objects' images.
@@ -362,6 +388,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     at.object = (Ints)(((Uints)surface - 1u) >> 2);
     if (view.cast.colored) smooth_normals(view, load_ints(from.triangle + i), at);
     at.arriving = ambient_light(view, at.normal);
+    if (view.occlusion > 0) at.arriving = at.arriving * sky_in_sight(view, at);
     if (view.sun.shines) add_sun(view, at);
     for (std::size_t light = 0; light < view.light_count; ++light) {
       add_light(view.lights[light], *view.places, Ints{} + (2 << (light % 30)), at);

@@ -260,16 +260,14 @@ __attribute__((noinline)) Floats sky_in_sight(const image::ShadeView& view, cons
   const Mask upright = abs(at.normal.y) > 0.9f;
   const Floats3 axis{only(upright, all(1.0f)), only(~upright, all(1.0f)), Floats{}};
   const Floats3 across = unit(cross(at.normal, axis)), upward = cross(across, at.normal);
-  const Floats3 from = at.point + at.normal * at.offset;
   const Floats part = part_in_sight(view.around, view.around_count, all(1), at.object, at.seen, [&](int k) {
     const float x = view.places->x[k], y = view.places->y[k], rest = 1 - x * x - y * y;
     const Floats3 way = across * x + upward * y + at.normal * __builtin_sqrtf(rest > 0.01f ? rest : 0.01f);
-    return Rays{from, way * view.occlusion_reach};
+    return Rays{at.point + at.normal * at.offset, way * view.occlusion_reach};
   });
   const Floats left = 1.0f - view.occlusion * (1.0f - part);
-  if (!(view.sky_depths.part > 0)) return left;
-  const auto facing = [](Floats cosine) { return max(cosine, Floats{}); };
-  return left * sky_past(view.sky_depths, at.point, at.normal, Floats{}, facing);
+  return left *
+         sky_past(view.sky_depths, at.point, at.normal, Floats{}, [](Floats cosine) { return max(cosine, Floats{}); });
 }
 
 // Multiplies colours by those of the objects' images.

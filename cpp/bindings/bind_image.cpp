@@ -128,6 +128,7 @@ void bind_view(py::module_& m) {
   view.def("set_bare", [](View& v, bool bare) { v.bare = bare; }, py::arg("bare"));
   view.def("set_full_height", [](View& v, int pixels) { v.full_height = pixels; }, py::arg("pixels"));
   view.def("set_bloom", [](View& v, float part) { v.bloom = part; }, py::arg("part"));
+  view.def("set_occlusion", [](View& v, float part) { v.occlusion = part; }, py::arg("part"));
   view.def("set_smooth", [](View& v, bool smooth) { v.smooth = smooth; }, py::arg("smooth"));
   view.def("set_layers", [](View& v, std::uint8_t layers) { v.layers = layers; }, py::arg("layers"));
   view.def("set_linear", [](View& v, bool keep) { v.linear = keep; }, py::arg("keep"));

@@ -119,6 +119,7 @@ void check(const View& view) {
   check_number("sun_size", view.sun_size, 0, kMostSunSize);
   check_number("shutter", view.shutter, 0, kMostShutter);
   check_number("bloom", view.bloom, 0, 1);
+  check_number("occlusion", view.occlusion, 0, 1);
   if (static_cast<int>(view.path) >= base::enumerators<View::Path>()) {
     base::refuse("path", base::names_of<View::Path>(), std::to_string(static_cast<int>(view.path)));
   }

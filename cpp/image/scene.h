@@ -157,7 +157,8 @@ struct View {
   std::uint8_t layers = 0;  // kDepthLayer | kAlphaLayer | kVelocityLayer
   int full_height = 0;  // above 0: a preview of a picture of this height: the diameters of sprites, px, are that one's
   bool bare = false;  // objects and sky give light and hide what is behind them, but are black
-  std::optional<Camera> before;  // the previous frame's camera; set by the engine
+  float occlusion = 0;  // part of the sky's light lost where opaque things are near on all sides, 0..1
+  std::optional<Camera> before;  // the previous frame's camera, if that frame was drawn; set by the engine
 
   bool operator==(const View&) const = default;
 };
@@ -166,7 +167,7 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
         view.sun, view.sun_color, view.sun_power, view.sun_size, view.lights, view.path, view.shutter, view.bloom,
-        view.smooth, view.linear, view.layers, view.full_height, view.bare, view.before);
+        view.smooth, view.linear, view.layers, view.full_height, view.bare, view.before, view.occlusion);
 }
 
 /// Greatest number of past positions that a ribbon passes through.

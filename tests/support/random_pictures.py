@@ -125,6 +125,7 @@ def renderer(draw: st.DrawFn) -> list[str]:
         | triples(-3, 3).map(lambda p: f"[motes.Light({p}, 'orange', 2, radius=0.5)]")
         | triples(-3, 3).map(lambda p: f"[motes.Light({p}, 'teal', 90, spot=(({-p[0]}, 1, {-p[2]}), 70))]"),
         "sun_color": st.just("'orange'"),
+        "occlusion": numbers(0.1, 1).map(str),
         "sun_power": st.sampled_from(["0", "0.5", "40"]),
         "sun_size": numbers(0.5, 40).map(str),
     }

@@ -1,6 +1,7 @@
 // Compiled once for each instruction set: see simd/simd.h for the rules.
 #include "image/light/light_lanes.h"
 
+#include "image/light/depth_sight.h"
 #include "image/light/lamp_lanes.h"
 #include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
@@ -27,8 +28,16 @@ MOTES_INLINE Floats of_sphere(Floats cosine) {
 
 MOTES_INLINE Floats light_left(const image::Lighting& t, const image::Obstacles& o, Floats3 place, Floats diameter) {
   if (o.shadow == nullptr) return all(1.0f);
-  const Floats back = t.own_shadow > 0 ? own_shadow(o.shadow->space, place, diameter) : Floats{};
-  return light_through(*o.shadow, place, back);
+  Floats left = all(1.0f);
+  if (o.shadow->left != nullptr) {
+    const Floats back = t.own_shadow > 0 ? own_shadow(o.shadow->space, place, diameter) : Floats{};
+    left = light_through(*o.shadow, place, back);
+  }
+  if (o.shadow->sharp.texels != nullptr) {
+    const Floats reach = diameter * t.reach;
+    left *= light_past(o.shadow->sharp, place, reach * 1.05f, reach);
+  }
+  return left;
 }
 
 // The lit surface of a particle: the visible side of a card, or a ball.
@@ -67,6 +76,10 @@ MOTES_INLINE LitSide lit_side(const image::LitShape& c, std::size_t i, Floats3 t
 MOTES_INLINE Floats3 light_arriving(const image::Lighting& t, Floats3 place, const LitSide& side, Floats diameter,
                                     std::size_t at) {
   Floats3 light = side.ambient(t.ambient), all_light = light;
+  if (t.sky != nullptr) {
+    const auto weight = [&](Floats cosine) { return side.flat ? max(cosine, Floats{}) : 0.5f + 0.5f * cosine; };
+    light = light * sky_past(*t.sky, place, side.normal, diameter * (1.05f * t.reach), weight);
+  }
   const auto add = [&](Floats3 more, const image::Obstacles& obstacles) __attribute__((always_inline)) {
     const Floats part = light_left(t, obstacles, place, diameter) * value_or(obstacles.in_sight, at, 1);
     light = light + more * part;
@@ -306,6 +319,34 @@ unsigned add_depths(const image::ShadowTask& t, const image::ShadowSpace& space,
   return used;
 }
 
+void keep_ball(const image::DepthBall& ball, float* texels) {
+  const image::DepthBall b = ball;
+  constexpr int kStep = static_cast<int>(kLanes);
+  const float x = b.center[0], y = b.center[1], z = b.center[2];
+  for (int row = b.rows[0]; row <= b.rows[1]; ++row) {
+    const float v = b.top + static_cast<float>(row) * b.step;
+    float* const to = texels + row * image::kDepthPage;
+    for (int column = b.columns[0] & ~(kStep - 1); column <= b.columns[1]; column += kStep) {
+      const Floats u = to_floats((Ints)lane_numbers() + column) * b.step + b.left;
+      Floats rest, depth;
+      if (b.point) {
+        // A ray along (u, v, 1), and the part of the way to the centre that is at right angles to it.
+        const Floats square = u * u + (v * v + 1.0f), along = u * x + (v * y + z);
+        const Floats3 aside{all(y - v * z), u * z - x, v * x - u * y};
+        rest = b.square - dot(aside, aside) / square;
+        depth = (along - sqrt(max(rest, Floats{}) * square)) / square;
+        rest = select(along > 0.0f, rest, all(-1.0f));
+      } else {
+        const Floats right = u - x;
+        rest = (b.square - (v - y) * (v - y)) - right * right;
+        depth = z - sqrt(max(rest, Floats{}));
+      }
+      const Floats here = load(to + column);
+      store(to + column, select((rest > 0.0f) & (-depth > here), -depth, here));
+    }
+  }
+}
+
 void let_through(float* depths, std::size_t count) {
   std::size_t i = 0;
   for (; i + kLanes <= count; i += kLanes) store(depths + i, exp(-min(load(depths + i), all(80.0f))));
@@ -314,6 +355,6 @@ void let_through(float* depths, std::size_t count) {
 
 }  // namespace
 
-extern const image::LightLanes light_lanes = {light_particles, add_depths, let_through};
+extern const image::LightLanes light_lanes = {light_particles, add_depths, keep_ball, let_through};
 
 }  // namespace motes::MOTES_ISA

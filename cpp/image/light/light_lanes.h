@@ -61,7 +61,9 @@ struct Lighting {
   const LightOnParticles* lights = nullptr;
   std::size_t light_count = 0;
   Ambient ambient;
-  float own_shadow = 0;   // see Sprite::shadow
+  const SkyDepths* sky = nullptr;  // null: nothing keeps the sky's light from particles
+  float own_shadow = 0;   // see Sprite::shadow; 0 also where it is sharp
+  float reach = 0.5f;     // of a particle from its middle, in its widths
   bool relative = false;  // drawing applies the light, so colours get only the part of it that obstacles leave
   bool gains = false;     // see has_gain()
 };
@@ -81,6 +83,16 @@ struct ShadowTask {
   float shadow;
 };
 
+/// A ball in a page of a depth map: its centre in the axes of the plane, m, and the place of the page's first texel, m
+/// or tangents of angles, as those of the space.
+struct DepthBall {
+  bool point;
+  float center[3];
+  float square;  // of its radius
+  float left, top, step;
+  int columns[2], rows[2];  // first and last that it may cover
+};
+
 struct LightLanes {
   /// Writes the colours of particles first .. last - 1 to the first three planes of `to`, which begin with particle
   /// `first`, and their gains, if wanted, to the fourth one. Writes whole vectors.
@@ -90,6 +102,9 @@ struct LightLanes {
   /// to which any were added.
   unsigned (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
                   std::int64_t* sums);
+
+  /// Keeps a ball in the texels of a page where it is the nearest.
+  void (*keep_ball)(const DepthBall& ball, float* texels);
 
   /// Replaces optical depths by the part of the light that they let through. `count`: a multiple of 16.
   void (*let_through)(float* depths, std::size_t count);

@@ -6,6 +6,7 @@
 #include "base/vectors.h"
 #include "image/camera.h"
 #include "image/layout.h"
+#include "image/mesh_corners.h"
 
 namespace motes::image {
 namespace {
@@ -41,7 +42,8 @@ void put_floats(const Vector& v, float* to) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
 }
 
-// Returns the width of particles. If the sprite's size is in pixels, their width in metres grows with the distance.
+}  // namespace
+
 ParticleWidth particle_width(const Sprite& sprite, const View& view) {
   ParticleWidth width{};
   const float pixels = diameter_of(sprite, view.height);
@@ -50,8 +52,6 @@ ParticleWidth particle_width(const Sprite& sprite, const View& view) {
   put_floats(view.camera.position, width.eye);
   return width;
 }
-
-}  // namespace
 
 std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, const View& view,
                                                        const ShadowGrids* shadows, InSight in_sight) {
@@ -76,8 +76,11 @@ void ParticleLight::set_lighting(const Sprite& sprite, const View& view, const S
   t.shape.kind = lit_shape(sprite);
   t.relative = lit_by_painter(sprite);
   t.gains = image::has_gain(sprite, view);
-  t.own_shadow = sprite.shadow;
+  t.own_shadow = casts_sharply(sprite) ? 0 : sprite.shadow;
+  if (sprite.is(Sprite::Kind::card)) t.reach = 0.7072f;
+  if (sprite.is(Sprite::Kind::mesh)) t.reach = reach_of_mesh(sprite.asset());
   t.ambient = ambient(view);
+  t.sky = shadows == nullptr ? nullptr : shadows->of_sky();
   t.sun = sun_of(view);
   t.sun_obstacles.shadow = shadows == nullptr ? nullptr : shadows->of_sun();
   for (std::size_t i = 0; i < view.lights.size(); ++i) {

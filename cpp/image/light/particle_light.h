@@ -15,6 +15,9 @@ namespace motes::image {
 using InSight = std::function<void(const ParticlePlanes& particles, const ParticleWidth& width, std::size_t first,
                                    std::size_t last, float* to, std::size_t stride)>;
 
+/// Returns the width of particles. If the sprite's size is in pixels, their width in metres grows with the distance.
+ParticleWidth particle_width(const Sprite& sprite, const View& view);
+
 /// Applies light and fog to the colours of a system's particles.
 class ParticleLight {
  public:

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "image/light/depth_map.h"
 #include "image/scene.h"
 
 namespace motes::image {
@@ -36,7 +37,11 @@ struct ShadowMap {
   ShadowSpace space;
   /// The part of the light that is left: for each box, kShadowLayers + 1 planes of kShadowColumns^2; null: no shadows.
   const float* left = nullptr;
+  DepthView sharp;  // of opaque particles
 };
+
+/// Returns the distance up to which something keeps the sky's light from surfaces: see View::occlusion, m.
+double occlusion_reach(const View& view);
 
 /// The grids of a view's lights that shine: first the sun, then point lights.
 class ShadowGrids {
@@ -46,6 +51,11 @@ class ShadowGrids {
 
   /// Selects the view's lights and drops all shadows.
   void begin(const View& view);
+
+  /// The depth maps of the lights, for shadows with edges: add what casts them, then resolve_depths().
+  std::vector<DepthMap>& depths() { return depths_; }
+  std::vector<DepthMap>& sky_depths() { return sky_depths_; }
+  void resolve_depths();
 
   std::size_t lights() const { return spaces_.size(); }
   const ShadowSpace& space(std::size_t light) const { return spaces_[light]; }
@@ -59,6 +69,9 @@ class ShadowGrids {
   /// Turns the sums of all lights into the light that is left. `boxes`: for each light, a bit per box that has any.
   void resolve(const std::vector<std::int64_t>& sums, const std::vector<unsigned>& boxes);
 
+  /// Returns the maps of the sky; null if nothing keeps its light from anything.
+  const SkyDepths* of_sky() const { return sky_.part > 0 ? &sky_ : nullptr; }
+
   /// Return the shadows of the sun, or of a light by its number in the view; null if it does not shine or nothing casts
   /// a shadow.
   const ShadowMap* of_sun() const { return sun_ < 0 ? nullptr : map(static_cast<std::size_t>(sun_)); }
@@ -67,11 +80,18 @@ class ShadowGrids {
   }
 
  private:
-  const ShadowMap* map(std::size_t light) const { return maps_[light].left == nullptr ? nullptr : &maps_[light]; }
+  void begin_depths(const View& view, double height);
+  const ShadowMap* map(std::size_t light) const {
+    const ShadowMap& map = maps_[light];
+    return map.left == nullptr && map.sharp.texels == nullptr ? nullptr : &map;
+  }
 
   std::vector<ShadowSpace> spaces_;
   std::vector<ShadowMap> maps_;
   std::vector<std::vector<float>> left_;
+  std::vector<DepthMap> depths_, sky_depths_;
+  SkyDepths sky_;
+  float occlusion_ = 0;
   std::vector<int> points_;  // the grid of each of the view's lights; -1: none
   int sun_ = -1;
 };

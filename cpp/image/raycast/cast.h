@@ -102,6 +102,10 @@ struct ShadeView {
   const CastSolid *opaque, *glass;
   std::size_t opaque_count, glass_count;
   ShadowMap sun_shadow;  // of particles
+  SkyDepths sky_depths;  // of particles
+  const CastSolid* around;  // that may keep the sky's light from surfaces
+  std::size_t around_count;
+  float occlusion, occlusion_reach;  // see View::occlusion; m
   float eye[3];  // position in the world, m
   float fog[3], fog_density;  // 1/m; 0: distant objects fade into the sky
   float fog_square;  // square of the distance at which half of the light is fog, m^2

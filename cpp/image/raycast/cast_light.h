@@ -2,6 +2,7 @@
 #pragma once
 
 #include "image/daylight_parts.h"
+#include "image/light/depth_sight.h"
 #include "image/light/finish_lanes.h"
 #include "image/light/lamp_lanes.h"
 #include "image/light/shadow_lanes.h"
@@ -87,6 +88,14 @@ MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, con
   });
 }
 
+/// Returns the part of a light that particles let through to surfaces.
+MOTES_INLINE Floats light_left(const image::ShadowMap& map, Floats3 point) {
+  Floats left = all(1.0f);
+  if (map.left != nullptr) left = light_through(map, point, Floats{});
+  if (map.sharp.texels != nullptr) left *= light_past(map.sharp, point, Floats{}, Floats{});
+  return left;
+}
+
 MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   const Floats3 sun = all3(view.sun.toward);
   const Floats facing = dot(at.normal, sun);
@@ -103,7 +112,7 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
     dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
     light = only(open & ~dark, facing);
   }
-  if (view.sun_shadow.left != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
+  light *= light_left(view.sun_shadow, at.point);
   const Floats3 more = all3(view.sun.color) * light;
   at.arriving = at.arriving + more;
   if (at.gleam != nullptr) at.gleam->add(more, sun);
@@ -141,7 +150,7 @@ MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPla
     part = only(open & ~dark, facing / (square * sqrt(square)));
   }
   if (light.per_cosine > 0) part *= in_cone(light, along, square);
-  if (light.shadow.left != nullptr) part *= light_through(light.shadow, at.point, Floats{});
+  part *= light_left(light.shadow, at.point);
   const Floats3 more = all3(light.color) * part;
   at.arriving = at.arriving + more;
   if (at.gleam != nullptr) at.gleam->add(more, along);
@@ -157,6 +166,21 @@ MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats3 normal)
             kBounce + (kSky - kBounce + kTint * background.z) * up};
   }
   return ambient_at(view.ambient, normal);
+}
+
+/// Returns the part of the sky's light that nothing nearby keeps from surfaces.
+MOTES_OUTLINE Floats sky_in_sight(const image::ShadeView& view, const Shading& at) {
+  const Mask upright = abs(at.normal.y) > 0.9f;
+  const Floats3 axis{only(upright, all(1.0f)), only(~upright, all(1.0f)), Floats{}};
+  const Floats3 across = unit(cross(at.normal, axis)), upward = cross(across, at.normal);
+  const Floats part = part_in_sight(view.around, view.around_count, all(1), at.object, at.seen, [&](int k) {
+    const float x = view.places->x[k], y = view.places->y[k], rest = 1 - x * x - y * y;
+    const Floats3 way = across * x + upward * y + at.normal * __builtin_sqrtf(rest > 0.01f ? rest : 0.01f);
+    return Rays{at.point + at.normal * at.offset, way * view.occlusion_reach};
+  });
+  const Floats left = 1.0f - view.occlusion * (1.0f - part);
+  return left *
+         sky_past(view.sky_depths, at.point, at.normal, Floats{}, [](Floats cosine) { return max(cosine, Floats{}); });
 }
 
 /// The rays that met surfaces.
@@ -269,6 +293,7 @@ MOTES_OUTLINE void smooth_normals(const image::ShadeView& view, Ints triangle, S
 /// Finds the light on surfaces: of the sky, the sun and the lamps.
 MOTES_OUTLINE void add_lights(const image::ShadeView& view, Shading& at) {
   at.arriving = ambient_light(view, at.normal);
+  if (view.occlusion > 0) at.arriving = at.arriving * sky_in_sight(view, at);
   if (view.sun.shines) add_sun(view, at);
   for (std::size_t light = 0; light < view.light_count; ++light) {
     add_light(view.lights[light], *view.places, Ints{} + (2 << (light % 30)), at);

@@ -136,13 +136,19 @@ Ball prepare_mesh(const Placement& placement, const meshes::Bvh& tree, const Vec
   return {placement.position + placement.out_of(tree.ball.center), tree.ball.radius};
 }
 
+// Makes the origin of positions relative to the eye.
+void to_eye(const Vector& eye, float (&origin)[3]) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    origin[i] = static_cast<float>(static_cast<double>(origin[i]) - eye[i]);
+  }
+}
+
 // Returns the shadows of particles for positions relative to the eye.
 ShadowMap seen_from(const Vector& eye, const ShadowMap* map) {
   if (map == nullptr) return {};
   ShadowMap seen = *map;
-  for (std::size_t i = 0; i < 3; ++i) {
-    seen.space.origin[i] = static_cast<float>(static_cast<double>(seen.space.origin[i]) - eye[i]);
-  }
+  to_eye(eye, seen.space.origin);
+  to_eye(eye, seen.sharp.space.origin);
   return seen;
 }
 
@@ -219,6 +225,12 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
   shade_.reflects =
       std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.finish.reflects(); });
   shade_.sun_shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_sun());
+  if (shadows != nullptr && shadows->of_sky() != nullptr) {
+    shade_.sky_depths = *shadows->of_sky();
+    for (DepthView& map : shade_.sky_depths.map) to_eye(lens_.eye, map.space.origin);
+  }
+  shade_.occlusion = view.occlusion;
+  shade_.occlusion_reach = static_cast<float>(occlusion_reach(view));
   put(lens_.eye, shade_.eye);
   std::copy(view.fog.color.begin(), view.fog.color.end(), shade_.fog);
   shade_.fog_density = view.fog.metres > 0 ? 1 / view.fog.metres : 0;
@@ -333,6 +345,9 @@ const ShadeView& CastScene::light(const Reach& reach) {
   shade_.opaque_count = solids_.size();
   shade_.glass = glass_.data();
   shade_.glass_count = glass_.size();
+  if (view_.occlusion > 0) collect({}, 0, double{shade_.occlusion_reach}, 0, around_);
+  shade_.around = around_.data();
+  shade_.around_count = around_.size();
   shade_.lights = lights_.data();
   shade_.light_count = lights_.size();
   return shade_;

@@ -53,7 +53,7 @@ class CastScene {
   // What aim() and light() selected.
   CastView cast_{};
   ShadeView shade_{};
-  std::vector<CastSolid> seen_, before_sun_;
+  std::vector<CastSolid> seen_, before_sun_, around_;
   std::vector<CastLight> lights_;
   std::vector<std::vector<CastSolid>> before_lights_;
 };

@@ -36,7 +36,7 @@ bool same_exposures(const View& a, const View& b) {
 bool same_light(const View& a, const View& b) {
   return same_exposures(a, b) && a.background == b.background && a.sky == b.sky && a.fog == b.fog &&
          a.objects == b.objects && a.sun == b.sun && a.sun_color == b.sun_color && a.sun_power == b.sun_power &&
-         a.sun_size == b.sun_size && a.lights == b.lights;
+         a.sun_size == b.sun_size && a.lights == b.lights && a.occlusion == b.occlusion;
 }
 
 }  // namespace

@@ -48,6 +48,12 @@ bool along_velocity(const Sprite& sprite) {
       sprite.look);
 }
 
+bool casts_sharply(const Sprite& sprite) { return sprite.shadow == 1 && covers_sky(sprite); }
+
+bool covers_sky(const Sprite& sprite) {
+  return sprite.blend == Sprite::Blend::opaque && !sprite.is(Sprite::Kind::ribbon);
+}
+
 void check_common(const Sprite& sprite) {
   if (static_cast<int>(sprite.blend) >= base::enumerators<Sprite::Blend>()) {
     base::refuse("sprite.blend", base::names_of<Sprite::Blend>(), std::to_string(static_cast<int>(sprite.blend)));

@@ -168,6 +168,9 @@ class Renderer(Settings):
     """How long the shutter is open, in frames, 0..4: moving particles become streaks."""
     bloom: float
     """The fraction of light that spreads around bright areas, 0..1."""
+    occlusion: float
+    """The part of the sky's light, 0..1, that is lost where opaque things are near on all sides: solids and
+    opaque particles darken what they touch, up to 0.15 times the picture's height at `look_at` away."""
     smooth: bool
     """Whether edges of solids are anti-aliased."""
     linear: bool
@@ -192,11 +195,22 @@ class Renderer(Settings):
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
         "shutter": partial(arguments.number, low=0, high=4),
         "bloom": partial(arguments.number, low=0, high=1),
+        "occlusion": partial(arguments.number, low=0, high=1),
         "smooth": arguments.flag,
         "layers": lambda name, given: _layers(name, given),
     }
     _may_move = frozenset(
-        ("background", "exposure", "sun", "sun_color", "sun_power", "sun_size", "shutter", "bloom")
+        (
+            "background",
+            "exposure",
+            "sun",
+            "sun_color",
+            "sun_power",
+            "sun_size",
+            "shutter",
+            "bloom",
+            "occlusion",
+        )
     )
 
     @says_near_names
@@ -221,12 +235,14 @@ class Renderer(Settings):
         sun_size: float | Curve = 0,
         sun_color: ArrayLike | Curve = "white",
         sun_power: float | Curve = 1,
+        occlusion: float | Curve = 0,
     ) -> None:
         """Set the attributes, which are described at their declarations."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
         given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers, "fog": fog}
         given |= {"sun_size": sun_size, "sun_color": sun_color, "sun_power": sun_power}
+        given |= {"occlusion": occlusion}
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -258,6 +274,7 @@ class Renderer(Settings):
         view.set_path(self.path)
         view.set_shutter(at(self.shutter, time))
         view.set_bloom(at(self.bloom, time))
+        view.set_occlusion(at(self.occlusion, time))
         view.set_smooth(self.smooth)
         view.set_linear(self.linear)
         view.set_layers(sum(1 << LAYERS.index(name) for name in self.layers if name in LAYERS))

@@ -67,8 +67,8 @@ class Sprite(Value):
     the sky; `lit` adds lights and shadows."""
     shadow: float = 0
     """The fraction of the sun's and lights' light that one particle blocks, 0..1, times its `alpha`. Its
-    shadow falls on solids and on lit particles, including those of its own system. The resolution of shadows
-    is that of a grid of 80 cells across all particles that cast them."""
+    shadow falls on solids and on lit particles, including those of its own system. With "opaque" and 1 it has
+    edges; other shadows have the resolution of a grid of 64 cells per height of the picture."""
     height: float | None = None
     """The diameter as a fraction of the picture's height, above 0 and up to 1, in place of `pixels`: it looks
     the same at any resolution. With `height`, leave `pixels` out (its default 5 counts as left out; any other

@@ -17,8 +17,8 @@
 #include "engine/parts/snapshot.h"
 #include "engine/sums/sums.h"
 #include "program/sums.h"
-#include "surfaces/skin.h"
 #include "snapshots/writer.h"
+#include "surfaces/skin.h"
 
 namespace motes::engine {
 

@@ -120,7 +120,9 @@ def test_particles_in_front_are_drawn_over_a_liquid_and_those_behind_under_it():
 
 def test_solids_in_front_hide_a_liquid():
     objects = [motes.Solid(shapes.Sphere((0, 0, 1), 0.5), color=(1, 0, 0))]
-    assert (poured(sheet(), objects=objects).linear[60, 80] == poured([], objects=objects).linear[60, 80]).all()
+    assert (
+        poured(sheet(), objects=objects).linear[60, 80] == poured([], objects=objects).linear[60, 80]
+    ).all()
 
 
 def test_a_liquid_without_particles_changes_nothing():

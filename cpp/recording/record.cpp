@@ -113,9 +113,19 @@ bool is_call(const Item& item) {
 }
 
 std::string name(Verb verb) {
-  constexpr const char* kNames[] = {
-      "entering the world", "render", "step",           "digest", "gather", "total", "histogram", "tally", "write",
-      "leaving the world",  "redraw", "hearing viewers", "surface"};
+  constexpr const char* kNames[] = {"entering the world",
+                                    "render",
+                                    "step",
+                                    "digest",
+                                    "gather",
+                                    "total",
+                                    "histogram",
+                                    "tally",
+                                    "write",
+                                    "leaving the world",
+                                    "redraw",
+                                    "hearing viewers",
+                                    "surface"};
   return kNames[static_cast<std::size_t>(verb)];
 }
 

@@ -120,7 +120,9 @@ def test_particles_in_front_are_drawn_over_a_liquid_and_those_behind_under_it():
 
 def test_solids_in_front_hide_a_liquid():
     objects = [motes.Solid(shapes.Sphere((0, 0, 1), 0.5), color=(1, 0, 0))]
-    assert (poured(sheet(), objects=objects).linear[60, 80] == poured([], objects=objects).linear[60, 80]).all()
+    assert (
+        poured(sheet(), objects=objects).linear[60, 80] == poured([], objects=objects).linear[60, 80]
+    ).all()
 
 
 def test_a_liquid_without_particles_changes_nothing():
@@ -134,12 +136,14 @@ import motes
 from motes import shapes
 
 path, roles, frames = sys.argv[1:]
-renderer = motes.Renderer(320, 180, camera=motes.Camera((0, 1, 9), (0, 0, 0)), path=path, shutter=0.5, bloom=0.1,
+renderer = motes.Renderer(320, 180, camera=motes.Camera((0, 1, 9), (0, 0, 0)), path=path, shutter=0.5,
+    bloom=0.1,
     background=motes.Gradient((0.6, 0.7, 0.8), (0.1, 0.3, 0.7)), lights=[motes.Light((1, 3, 3), power=4)],
     layers=["depth", "alpha", "velocity"], objects=[shapes.Sphere((1, 0, 0), 1)], fog=((0.5, 0.5, 0.5), 40))
 world = motes.World(seed=3, space=(-4, 4), roles=roles, renderer=renderer,
                     balancer=motes.balance.Pairwise(), progress="off")
-looks = {"water": motes.Sprite("surface", radius=0.12, foam=12), "oil": motes.Sprite("surface", radius=0.3, glass=1.5),
+looks = {"water": motes.Sprite("surface", radius=0.12, foam=12),
+         "oil": motes.Sprite("surface", radius=0.3, glass=1.5),
          "smoke": motes.Sprite(pixels=30, blend="alpha"), "sparks": motes.Sprite(pixels=5),
          "balls": motes.Sprite("sphere", pixels=9, blend="opaque", shadow=0.3)}
 systems = [world.system(name, sprite=sprite) for name, sprite in looks.items()]

@@ -109,19 +109,22 @@ MOTES_OUTLINE Floats3 light_behind(const image::ShadeView& view, GlassRays& r, F
   constexpr int kMostSurfaces = 6;
   FirstHit found{};
   const Mask there = open;
-  for (int step = 1; any(open); ++step) {
+  Ints surfaces = all_ints(1);  // met so far: counted per ray, as what a ray sees must not depend on its neighbours
+  while (any(open)) {
     FirstHit glass{all(__FLT_MAX__), {}, {}, {}, {}, {}};
-    if (step < kMostSurfaces) {
+    const Mask goes_on = open & (surfaces < kMostSurfaces);
+    if (any(goes_on)) {
       find_first<false>(
           view.glass, view.glass_count, r.rays, Floats{},
           [&](const image::CastSolid& solid) {
-            return open & (~r.inside | (r.object == static_cast<std::int32_t>(solid.number)));
+            return goes_on & (~r.inside | (r.object == static_cast<std::int32_t>(solid.number)));
           },
           glass);
-      const Mask thin = open & r.inside & ~glass.met & ~in_planes(view, r.object);  // without another side
+      const Mask thin = goes_on & r.inside & ~glass.met & ~in_planes(view, r.object);  // without another side
       r.rays.from = select(thin, r.before_from, r.rays.from);
       r.rays.along = select(thin, r.before_along, r.rays.along);
       r.inside &= ~thin;
+      surfaces -= thin;
       if (any(thin)) continue;
     }
     FirstHit hit = glass;
@@ -141,6 +144,7 @@ MOTES_OUTLINE Floats3 light_behind(const image::ShadeView& view, GlassRays& r, F
     load_glass(view, glass.object, open & ~r.inside, r.index);
     r.object = select(open, glass.object, r.object);
     cross_surface(glass, offset, open, r);
+    surfaces -= open;
   }
   Floats3 light =
       select(there, view.sky.kind == image::Sky::Kind::none ? background : sky_light(view.sky, r.rays.along, there),

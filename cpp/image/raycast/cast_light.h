@@ -319,7 +319,9 @@ MOTES_OUTLINE Floats3 light_sent(const image::ShadeView& view, const Sight& sigh
   at.gleam = &gleam;
   add_lights(view, at);
   gleam.add_sky(view.sky, view.ambient, at.seen);
-  return of_color(gleam.sent(at.arriving), color) + Floats3{color.x * emitted, color.y * emitted, color.z * emitted};
+  SentLight sent = gleam.sent(at.arriving);
+  sent.on_color = sent.on_color + Floats3{emitted, emitted, emitted};  // in the order that other surfaces have
+  return of_color(sent, color);
 }
 
 /// Applies the view's fog to light; without fog, fades distant objects into the sky.

@@ -99,12 +99,12 @@ async def _desk(args: argparse.Namespace, live: Live) -> int:
 
 def _words(args: argparse.Namespace) -> list[str]:
     """Return the options of `run` that were given, as words of a command line."""
-    words = []
     own = Parser(prog="run")
     run_command.configure(own)
-    for action in own._actions:
-        given = getattr(args, action.dest, None)
-        if not action.option_strings or action.nargs == argparse.REMAINDER or given in (None, action.default):
+    words = []
+    for name, default in vars(own.parse_args(["-n", "0"])).items():
+        given = getattr(args, name, None)
+        if name in ("module", "code", "program") or given in (None, default):
             continue
-        words += [action.option_strings[-1], *([] if action.nargs == 0 else [str(given)])]
+        words += [f"--{name.replace('_', '-')}", *([] if given is True else [str(given)])]
     return words

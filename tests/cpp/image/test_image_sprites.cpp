@@ -102,7 +102,7 @@ TEST(image_each_member_of_a_sprite_is_in_its_bytes) {
       CHECK(read == other && in.left() == 0);
     }
   }
-  CHECK(variations(Sprite{Sprite::Kind::ribbon}).size() == 8 && variations(Sprite{Sprite::Kind::card}).size() == 10);
+  CHECK(variations(Sprite{Sprite::Kind::ribbon}).size() == 10 && variations(Sprite{Sprite::Kind::card}).size() == 12);
 }
 
 TEST(image_kinds_of_sprites_keep_their_numbers) {

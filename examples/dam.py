@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes.expressions import clamp, column, mix
+from motes.expressions import column
 from motes.shapes import Box, Plane
 
 args = motes.script.options(__doc__, space="0,2.4", systems=1, particles=20000, frames=96, size="960x540")
@@ -35,8 +35,8 @@ renderer = motes.Renderer(
     shutter=0.3,
 )
 world = motes.World(**args.world, substeps=16, dt=1 / 48, renderer=renderer)
-ball = motes.Sprite("sphere", pixels=None, blend="opaque", lit=True, shadow=0.25)
-water = world.system("water", sprite=ball)
+skin = motes.Sprite("surface", radius=0.85 * spacing, foam=4)
+water = world.system("water", sprite=skin)
 spray = world.system(
     "spray", sprite=motes.Sprite(pixels=None, blend="alpha", softness=0.02, lit=True, shadow=0.3)
 )
@@ -50,22 +50,20 @@ place += np.random.default_rng(args.seed).uniform(-0.02, 0.02, place.shape) * sp
 with world, motes.Movie(f"{args.out}/dam.mp4", fps=48) as movie:
     for frame in world.frames(args.frames):
         if frame == 0:
-            water.configure(mass=1000 * spacing**3, size=1.5 * spacing)
+            water.configure(mass=1000 * spacing**3, color=(0.08, 0.36, 0.42), alpha=0.5)
             water.emit(position=place.round(5))
         water.gravity((0, -9.81, 0))
         water.fluid(radius=2 * spacing, rest_density=1000)
         for solid in (basin, pillar):
             water.bounce(solid, restitution=0, friction=0)
         water.move()
-        # Fast water is white, like foam, and throws spray.
-        speed = column("velocity").length()
-        water.set(color=mix((0.015, 0.14, 0.22), (0.75, 0.85, 0.88), clamp((speed - 0.8) / 2.4, 0, 1)))
+        speed = column("velocity").length()  # fast water throws spray
         water.spawn(
             spray,
             on="frame",
             count=1,
             inherit_velocity=0.9,
-            where=(speed > 2.4) & (column("position").y > 0.1),
+            where=(speed > 3) & (column("position").y > 0.1),
         )
         spray.gravity((0, -9.81, 0))
         spray.wind((0, 0, 0), drag=1.5)

@@ -99,8 +99,8 @@ bool along_velocity(const Sprite& sprite);
 /// small as points do not: see drawn_as_point.)
 bool is_surface(const Sprite& sprite);
 
-/// Returns whether particles cast shadows with edges, in depth maps: opaque ones that keep all light from what is behind
-/// them, except ribbons. The others cast them in grids.
+/// Returns whether particles cast shadows with edges, in depth maps: opaque ones that keep all light from what is
+/// behind them, except ribbons. The others cast them in grids.
 bool casts_sharply(const Sprite& sprite);
 /// Returns whether particles keep the sky's light from what is near: see View::occlusion.
 bool covers_sky(const Sprite& sprite);

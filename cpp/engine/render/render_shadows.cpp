@@ -161,6 +161,8 @@ void gather_grids(Rank& rank, const Script& script, const Calculator& calculator
 template <class Casts>
 void draw_depths(Rank& rank, const Script& script, const Calculator& calculator, const Casts& casts,
                  std::vector<image::DepthMap>& maps) {
+  if (!script.record.view) return;
+  const image::View& view = *script.record.view;
   threads::Pool& pool = *rank.pool;
   const std::vector<DrawnSystem> systems = shadowing(script, calculator, pool, casts);
   struct Part {
@@ -172,9 +174,7 @@ void draw_depths(Rank& rank, const Script& script, const Calculator& calculator,
     const image::Drawn& all = system.columns();
     const std::size_t size = std::max<std::size_t>(all.count / static_cast<std::size_t>(2 * pool.threads()), 64);
     for (std::size_t first = 0; first < all.count; first += size) {
-      parts.push_back({{script.record.sprites[system.number()], *script.record.view, all},
-                       first,
-                       std::min(first + size, all.count)});
+      parts.push_back({{script.record.sprites[system.number()], view, all}, first, std::min(first + size, all.count)});
     }
   }
   std::vector<std::vector<image::DepthMap>> others(static_cast<std::size_t>(pool.threads()) - 1);

@@ -15,6 +15,7 @@ from types import ModuleType
 
 from motes import actions
 from motes._system.action_methods import ActionMethods
+from motes._values.values import text_of
 from motes.actions import between, forces, guides, laws, motion, targets
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -132,7 +133,7 @@ def anchor(name: str) -> str:
 
 def section(name: str, kind: type, heading: str) -> str:
     """Describe one action."""
-    what, formula, parameters, source = parts(kind.__doc__ or "")
+    what, formula, parameters, source = parts(text_of(kind))
     lines = [f"{heading} `{signature(name)}`", ""]
     for paragraph in what:
         lines += [wrapped(paragraph), ""]
@@ -193,7 +194,7 @@ def overview() -> str:
     rows = ["| action | what it does to a particle |", "|---|---|"]
     for page, (_, _, families) in PAGES.items():
         for name, kind in (pair for _, module in families for pair in kinds(module).items()):
-            what = " ".join(parts(kind.__doc__ or "")[0][0].split())
+            what = " ".join(parts(text_of(kind))[0][0].split())
             rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} |")
     opening = [wrapped(p) for p in [WRITTEN, *OPENING.strip().split("\n\n")]]
     return "\n\n".join(["# Actions", *opening, "\n".join(rows)]) + "\n"

@@ -39,6 +39,7 @@ from ._values.rotations import euler as euler
 from ._values.ties import Ties as Ties
 from ._values.wall import Wall as Wall
 from ._values.wall import WallForce as WallForce
+from ._world.drawing import draw as draw
 from ._world.world import World as World
 from .analysis import Run as Run
 from .analysis import Runs as Runs

@@ -91,7 +91,7 @@ def test_a_world_is_made_without_what_only_some_runs_need():
     always = loaded("import numpy, numpy.typing; from mpi4py import MPI")
     found = loaded(WORLD) - always
     assert found & SELDOM == set()
-    assert len(found) <= 138  # 137 on Python 3.11; each module adds 0.1 to 2 ms to each rank's start
+    assert len(found) <= 140  # 139 on Python 3.11; each module adds 0.1 to 2 ms to each rank's start
 
 
 def test_reading_a_log_needs_neither_mpi_nor_the_core(tmp_path):

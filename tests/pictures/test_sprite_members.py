@@ -9,6 +9,7 @@ import pytest
 from motes import ArgumentError, _core
 
 COMMON = {"pixels": 0, "blend": "add", "of_height": 0, "softness": 0.5, "lit": False, "shadow": 0}
+COMMON |= {"roughness": 1, "metal": 0}
 RIBBON = COMMON | {"width": 0.1, "length": 2}
 
 

@@ -64,6 +64,8 @@ ENGINE = {
     "set_saving": "told again around each checkpoint",
     "on_callback": "kept by recovering_engine.cpp; lists with callbacks end the run",
     "on_orders": "kept in the settings; steered runs end",
+    "set_policy": "chosen by viewers; steered runs end",
+    "set_speed": "chosen by viewers; steered runs end",
 }
 
 

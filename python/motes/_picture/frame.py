@@ -15,7 +15,6 @@ from .. import _core, _extras
 from .._io import files, png
 from .._values import arguments
 from ..errors import ArgumentError, MotesError, NotHereError
-from .formats import format_of, write_by_pillow
 
 __all__ = ["Frame", "add_layer", "arrive", "keep_all", "tell_saves"]
 
@@ -160,6 +159,8 @@ class Frame:
             MotesError: if the renderer kept no linear picture, which EXR and 16 bits need.
             MissingExtraError: if the format's extra is not installed.
         """
+        from .formats import format_of, write_by_pillow
+
         suffix = format_of("path", path)
         if arguments.integer("bits", bits) not in ((8, 16) if suffix == ".png" else (8,)):
             raise ArgumentError("bits", bits, "8 or 16, and 16 only for a name ending in .png")

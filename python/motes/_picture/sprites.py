@@ -161,9 +161,9 @@ class Sprite(Value):
         state["pick"] = sheets.pick_of(cut, tiles, pick)
         look = None if self.mesh is None else self.mesh.material
         state["roughness"] = _finish(
-            self, "roughness", roughness, plain=1 if look is None else look.roughness
+            self, "roughness", roughness, plain=1.0 if look is None else look.roughness
         )
-        state["metal"] = _finish(self, "metal", metal, plain=0 if look is None else look.metal)
+        state["metal"] = _finish(self, "metal", metal, plain=0.0 if look is None else look.metal)
         posed = self.kind in ("mesh", "ribbon", "surface") or self.facing != "camera"
         sheet = None if cut is None else sheets.sheet_of(cut, self.tiles)
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]

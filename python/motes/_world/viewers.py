@@ -22,7 +22,6 @@ from .._values import environment
 from .._values.live import Live
 from .._values.values import at
 from ..errors import ArgumentError, MotesError
-from . import balancing
 from .pictures import Pictures
 
 if TYPE_CHECKING:
@@ -142,6 +141,7 @@ class Viewers:
     def _serve(self, live: Live | None, **about: Any) -> Viewing:
         """Serve viewers from now on; `about` is added to the run's description."""
         from .._live.viewing import Viewing
+        from . import balancing
 
         assert live is not None
         quiet = self.attached and stopping.interactive()  # then a widget shows the page
@@ -173,6 +173,8 @@ class Viewers:
         self.steering.release()
 
     def _about(self) -> dict[str, Any]:
+        from . import balancing
+
         title = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "motes"
         renderer = self._pictures.renderer
         size = (0, 0) if renderer is None else (renderer.width, renderer.height)
@@ -231,7 +233,10 @@ class Viewers:
             return True
         self.end_rehearsal(self._session.frame)
         row = self.steering.commit(self._session.frame)
-        balancing.apply(row, self._session)
+        if row:
+            from . import balancing
+
+            balancing.apply(row, self._session)
         if self.steering.stopped:
             self._note_stop("the repeated run" if self.steering.rows else "a viewer")
             return True
@@ -303,6 +308,8 @@ class Viewers:
 
     def _tell_viewers(self) -> None:
         if self._viewing is not None:
+            from . import balancing
+
             watched = self._viewing.watched
             facts: dict[str, Any] = balancing.state(self._session, self.steering) if watched else {}
             facts |= {"frame": self._session.frame, "total": self._session.total, "finished": self._finished}

@@ -54,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
         raise ArgumentError("NUMBER", args.number, "a frame's number: frames count from 0")
     format_of("--output", args.output)
     tell_ranks(args)
-    os.environ["MOTES_FRAMES"] = f"{args.number}:{args.number + 1}"
-    os.environ["MOTES_STILL"] = str(Path(args.output).absolute())
+    still = str(Path(args.output).absolute())
+    os.environ.update(MOTES_FRAMES=f"{args.number}:{args.number + 1}", MOTES_STILL=still)
     return starting.run(args.ranks, [args.script, *given[end + 1 :]], hosts=args.hosts)
 
 

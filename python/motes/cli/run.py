@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     tell_ranks(args)
     if args.frames is not None:
         check_frames("--frames", args.frames)
-        os.environ["MOTES_FRAMES"] = args.frames
+        os.environ.update(MOTES_FRAMES=args.frames)
     return starting.run(
         args.ranks,
         program,

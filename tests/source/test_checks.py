@@ -68,3 +68,9 @@ def test_what_is_wrong_with_a_mutation_is_named():
         one._replace(test=test) for test in ("no_such_test", "tests/source/test_checks.py::test_no_such_test")
     ]
     assert len(module.faults(wrong)) == len(wrong)
+
+
+def test_no_two_files_of_tests_have_the_same_name():
+    """Otherwise pytest collects only one of them."""
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))

@@ -35,11 +35,68 @@ struct TintedFacet : Facet {
   const image::TextureLevel* level;
 };
 
+/// The unit of corners on the screen, px.
+inline constexpr float kFacetPixel = 1.0f / (1 << image::kWideBits);
+
+/// A corner of a vector of triangles.
+struct FacetCorner {
+  Floats x, y;  // px from the centre of the tile's first pixel
+  Floats inverse;  // 1/depth
+  Mask in_front;
+};
+
+MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
+
+/// Returns 1/depth at a position relative to a triangle's first corner, px.
+MOTES_INLINE float inverse_at(const Facet& f, float right, float down) {
+  return clamped(f.inverse + f.right * right + f.down * down, f.least, f.most);
+}
+
+/// Returns the distance from a triangle's first corner to its centre along an axis, px.
+MOTES_INLINE float to_centre(const std::int64_t (&v)[3]) {
+  return static_cast<float>(v[1] + v[2] - 2 * v[0]) * (kFacetPixel / 3);
+}
+
+/// Computes a triangle's corners and depths; returns false if it has no area.
+MOTES_INLINE bool set_facet(const FacetCorner (&c)[3], std::size_t lane, Facet& f) {
+  const auto place = [](float v) { return static_cast<std::int64_t>(floor_of(v * (1 << image::kWideBits) + 0.5f)); };
+  float inverse[3];
+  for (int k = 0; k < 3; ++k) {
+    f.x[k] = place(c[k].x[lane]);
+    f.y[k] = place(c[k].y[lane]);
+    inverse[k] = c[k].inverse[lane];
+  }
+  std::int64_t area = (f.x[1] - f.x[0]) * (f.y[2] - f.y[0]) - (f.x[2] - f.x[0]) * (f.y[1] - f.y[0]);
+  if (area == 0) return false;
+  f.swapped = area < 0;
+  if (f.swapped) {
+    const std::int64_t x = f.x[1], y = f.y[1];
+    const float of = inverse[1];
+    f.x[1] = f.x[2], f.y[1] = f.y[2], inverse[1] = inverse[2];
+    f.x[2] = x, f.y[2] = y, inverse[2] = of;
+    area = -area;
+  }
+  const float per = 1 / (static_cast<float>(area) * kFacetPixel);  // of differences in 1/256 px
+  const auto x = [&](int k) { return static_cast<float>(f.x[k] - f.x[0]); };
+  const auto y = [&](int k) { return static_cast<float>(f.y[k] - f.y[0]); };
+  const float one = inverse[1] - inverse[0], two = inverse[2] - inverse[0];
+  f.inverse = inverse[0];
+  f.right = (one * y(2) - two * y(1)) * per;
+  f.down = (two * x(1) - one * x(2)) * per;
+  f.least = f.most = inverse[0];
+  for (int k = 1; k < 3; ++k) {
+    f.least = f.least < inverse[k] ? f.least : inverse[k];
+    f.most = f.most > inverse[k] ? f.most : inverse[k];
+  }
+  return true;
+}
+
 /// Returns the parts, 0..1, of a triangle's corners in the surface at a position relative to the first one, px.
 MOTES_INLINE Float3 parts_at(const TintedFacet& f, float right, float down) {
-  constexpr float kUnit = 1.0f / (1 << image::kWideBits);
-  const float x1 = static_cast<float>(f.x[1] - f.x[0]) * kUnit, y1 = static_cast<float>(f.y[1] - f.y[0]) * kUnit;
-  const float x2 = static_cast<float>(f.x[2] - f.x[0]) * kUnit, y2 = static_cast<float>(f.y[2] - f.y[0]) * kUnit;
+  const float x1 = static_cast<float>(f.x[1] - f.x[0]) * kFacetPixel,
+              y1 = static_cast<float>(f.y[1] - f.y[0]) * kFacetPixel;
+  const float x2 = static_cast<float>(f.x[2] - f.x[0]) * kFacetPixel,
+              y2 = static_cast<float>(f.y[2] - f.y[0]) * kFacetPixel;
   const float per = 1 / (x1 * y2 - x2 * y1);
   const float second = (right * y2 - down * x2) * per, third = (down * x1 - right * y1) * per;
   const auto part = [&](float on_screen, int k) { return on_screen > 0 ? on_screen * f.inverses[k] : 0; };

@@ -42,23 +42,6 @@ class Daylight {
     return shade < 1 ? shade : 1;
   }
 
-  /// Returns the mean shade over the disc that a sphere covers in the picture.
-  double mean_shade() const {
-    constexpr int kSteps = 64;
-    double sum = 0;
-    int count = 0;
-    for (int i = 0; i < kSteps; ++i) {
-      for (int j = 0; j < kSteps; ++j) {
-        const double x = (2 * i + 1.0) / kSteps - 1, y = (2 * j + 1.0) / kSteps - 1;
-        const double under = 1 - x * x - y * y;
-        if (under < 0) continue;
-        sum += shade({x, y, std::sqrt(under)});
-        ++count;
-      }
-    }
-    return sum / count;
-  }
-
   /// Parameters of shade() for kernels, see raster/kind_sphere.h.
   const Vector& toward_sun() const { return toward_sun_; }
   const Vector& upward() const { return upward_; }

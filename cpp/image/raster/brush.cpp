@@ -61,17 +61,18 @@ struct SpherePixel {
   std::array<double, 3> shade;
 };
 
-// The light on spheres, per channel, as a function of their normal in the camera's axes.
+// The light on spheres, per channel, as a function of their normal in the camera's axes: grey, or for lit sprites under
+// coloured light.
 using SphereShades = std::function<std::array<double, 3>(const Vector& normal)>;
 
-// Returns shades of one number; of a lit sprite under coloured light, of three.
-SphereShades shades_of(const Sprite& sprite, const View& view) {
-  if (!lit_by_painter(sprite) || has_grey_light(view)) {
-    return [daylight = Daylight(view)](const Vector& normal) {
-      const double shade = daylight.shade(normal);
-      return std::array<double, 3>{shade, shade, shade};
-    };
-  }
+SphereShades grey_shades(const Daylight& daylight) {
+  return [daylight](const Vector& normal) {
+    const double shade = daylight.shade(normal);
+    return std::array<double, 3>{shade, shade, shade};
+  };
+}
+
+SphereShades tinted_shades(const View& view) {
   return [through = lens(view), sun = sun_of(view), sky = ambient(view)](const Vector& normal) {
     const Vector world = through.right * normal[0] + through.up * normal[1] - through.forward * normal[2];
     const double facing = sun.shines ? std::max(dot(world, vector_of(sun.toward)), 0.0) : 0;
@@ -81,10 +82,10 @@ SphereShades shades_of(const Sprite& sprite, const View& view) {
   };
 }
 
-// Sets the weights of a channel so that a sphere has the light of Sphere::total() in each phase. `pixels`: in the order
-// of for_each_pixel.
-void set_weights(std::span<const SpherePixel> pixels, std::size_t channel, double light, const Footprint& f,
-                 SurfaceTables& t) {
+// Sets the weights of channels first .. last - 1, whose shades are alike, so that a sphere has the light of
+// Sphere::total() in each phase. `pixels`: in the order of for_each_pixel.
+void set_weights(std::span<const SpherePixel> pixels, std::size_t first, std::size_t last, double light,
+                 const Footprint& f, SurfaceTables& t) {
   const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
   std::vector<double> weights;
   std::size_t i = 0;
@@ -92,13 +93,16 @@ void set_weights(std::span<const SpherePixel> pixels, std::size_t channel, doubl
     const SpherePixel& pixel = pixels[i];
     if (i % in_phase == 0) {
       weights.clear();
-      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade[channel]);
+      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade[first]);
       scale_to(weights, kWholeByte * light);
     }
-    const double weight = weights[i++ % in_phase], shade = pixel.shade[channel];
-    const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + channel;
-    t.weights[at] = to_byte(weight);
-    t.cover[at] = pixel.edge > 0 && shade > 0 ? to_byte(std::min(kWholeByte, weight / shade)) : std::uint8_t{0};
+    const double weight = weights[i++ % in_phase], shade = pixel.shade[first];
+    const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column;
+    const std::uint8_t cover = pixel.edge > 0 && shade > 0 ? to_byte(std::min(kWholeByte, weight / shade)) : 0;
+    std::fill(t.weights.begin() + static_cast<std::ptrdiff_t>(at + first),
+              t.weights.begin() + static_cast<std::ptrdiff_t>(at + last), to_byte(weight));
+    std::fill(t.cover.begin() + static_cast<std::ptrdiff_t>(at + first),
+              t.cover.begin() + static_cast<std::ptrdiff_t>(at + last), cover);
   });
 }
 
@@ -140,8 +144,8 @@ SurfaceTables sphere_tables(const Sprite& sprite, float diameter, const Footprin
   const auto surface = static_cast<std::size_t>(surface_row(size));
   t.shade.assign((rows + 1) * surface, 0);
   t.bulge.assign((rows + 1) * surface, 0);
-  const SphereShades shades = shades_of(sprite, view);
   const bool tinted = lit_by_painter(sprite) && !has_grey_light(view);
+  const SphereShades shades = tinted ? tinted_shades(view) : grey_shades(Daylight(view));
   if (tinted) t.tint.assign(t.shade.size(), 0);
   const double radius = 0.5 * diameter;
   std::vector<SpherePixel> pixels;
@@ -164,7 +168,10 @@ SurfaceTables sphere_tables(const Sprite& sprite, float diameter, const Footprin
     t.bulge[row * surface + column] = static_cast<float>(nz);
   });
   const std::array<double, 3> mean = mean_of(shades);
-  for (std::size_t c = 0; c < 3; ++c) set_weights(pixels, c, std::numbers::pi * radius * radius * mean[c], f, t);
+  const std::size_t alike = tinted ? 1 : 3;
+  for (std::size_t c = 0; c < 3; c += alike) {
+    set_weights(pixels, c, c + alike, std::numbers::pi * radius * radius * mean[c], f, t);
+  }
   return t;
 }
 
@@ -188,7 +195,7 @@ SurfaceSplat surface_splat(const View& view) {
   s.sun = static_cast<float>(daylight.sun());
   s.low = static_cast<float>(daylight.low());
   s.high = static_cast<float>(daylight.high());
-  s.mean_shade = static_cast<float>(daylight.mean_shade());
+  s.mean_shade = static_cast<float>(mean_of(grey_shades(daylight))[0]);
   return s;
 }
 

@@ -112,10 +112,7 @@ struct MeshOf {
   static constexpr int kChannels = kColored ? 3 : 1;
   static constexpr float kSmall = 3, kSmallRound = 1;  // greatest width and height of a small triangle, flat or not, px
   static constexpr int kMostSteps = 32, kMany = 8;
-  static constexpr float kPixel = 1.0f / (1 << image::kWideBits);
   static constexpr float kFarthest = 32768;  // greatest distance of a corner from the tile, px
-
-  static MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
 
   /// A position along the streak, 1/256 px from its middle.
   struct Shift {
@@ -129,7 +126,8 @@ struct MeshOf {
     const int first_column = phase % 2, first_row = phase / 2;
     const std::int64_t dx = way.x - (first_column << image::kWideBits), dy = way.y - (first_row << image::kWideBits);
     const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f) << 24;
-    const float x = static_cast<float>(f.x[0] + way.x) * kPixel, y = static_cast<float>(f.y[0] + way.y) * kPixel;
+    const float x = static_cast<float>(f.x[0] + way.x) * kFacetPixel,
+                y = static_cast<float>(f.y[0] + way.y) * kFacetPixel;
     const int columns = (task.columns - first_column + kPitch - 1) / kPitch;
     const int rows = (task.rows - first_row + kPitch - 1) / kPitch;
     for_each_sample<1, kPitch>(f, dx, dy, columns, rows, [&](int of_columns, int of_rows) {
@@ -142,11 +140,6 @@ struct MeshOf {
       const image::NearestSurface here = image::NearestSurface{bits} << 32 | surface_at(f, right, down, shade);
       there = here < there ? here : there;
     });
-  }
-
-  /// Returns 1/depth at a position relative to a triangle's first corner, px.
-  static MOTES_INLINE float inverse_at(const Facet& f, float right, float down) {
-    return clamped(f.inverse + f.right * right + f.down * down, f.least, f.most);
   }
 
   /// Returns a triangle's colour in a channel, 0..1, at a position relative to its first corner, px.
@@ -199,10 +192,9 @@ struct MeshOf {
   }
   /// Returns the place of a point relative to a triangle's first corner, px, in metres from the eye.
   MOTES_INLINE Float3 place_on(const Facet& f, float right, float down) const {
-    constexpr float kUnit = 1.0f / (1 << image::kWideBits);
     const float depth = 1 / inverse_at(f, right, down), per = depth / mesh.focal;
-    const float x = (static_cast<float>(f.x[0]) + static_cast<float>(task.origin_x)) * kUnit + right;
-    const float y = (static_cast<float>(f.y[0]) + static_cast<float>(task.origin_y)) * kUnit + down;
+    const float x = (static_cast<float>(f.x[0]) + static_cast<float>(task.origin_x)) * kFacetPixel + right;
+    const float y = (static_cast<float>(f.y[0]) + static_cast<float>(task.origin_y)) * kFacetPixel + down;
     return {x * per, -y * per, -depth};
   }
   /// Returns the unit normal of the visible side there: that of the triangle, or of its corners.
@@ -261,7 +253,8 @@ struct MeshOf {
       const std::int64_t dx = way.x + m.pixel_x, dy = way.y + m.pixel_y;
       const auto marked = static_cast<std::uint8_t>(number + 1);
       for_each_facet(then, {m.lens_x * mesh.blur, m.lens_y * mesh.blur}, [&](const Shown& f) {
-        const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
+        const float x = static_cast<float>(f.x[0] + dx) * kFacetPixel,
+                    y = static_cast<float>(f.y[0] + dy) * kFacetPixel;
         for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
           const int at = place_in(p, column, row);
           if (at < 0) return;
@@ -318,8 +311,8 @@ struct MeshOf {
             p.light[at] = static_cast<std::uint16_t>(p.light[at] + plain);
             return;
           }
-          const float right = static_cast<float>(column * kStep + kFirst - f.x[0] - dx) * kPixel;
-          const float down = static_cast<float>(row * kStep + kFirst - f.y[0] - dy) * kPixel;
+          const float right = static_cast<float>(column * kStep + kFirst - f.x[0] - dx) * kFacetPixel;
+          const float down = static_cast<float>(row * kStep + kFirst - f.y[0] - dy) * kFacetPixel;
           const Light all_light = light_at(f, right, down);
           for (int c = 0; c < kChannels; ++c) {
             const float light = all_light.channel[c] * static_cast<float>(weight) + 0.5f;
@@ -342,12 +335,6 @@ struct MeshOf {
     }
   }
 
-  /// A corner of a vector of triangles.
-  struct Corner {
-    Floats x, y;  // px from the centre of the tile's first pixel
-    Floats inverse;  // 1/depth
-    Mask in_front;
-  };
   MOTES_INLINE Floats3 turned(const CameraPose& p, int row, std::size_t i) const {
     const float* const from = mesh.corners + static_cast<std::size_t>(3 * row * mesh.room) + i;
     const Floats x = load(from), y = load(from + mesh.room), z = load(from + 2 * mesh.room);
@@ -357,11 +344,11 @@ struct MeshOf {
   struct OnLens {
     float x = 0, y = 0;
   };
-  MOTES_INLINE Corner corner(const CameraPose& p, OnLens lens, int row, std::size_t i) const {
+  MOTES_INLINE FacetCorner corner(const CameraPose& p, OnLens lens, int row, std::size_t i) const {
     const Floats3 at = turned(p, row, i) * p.scale;
     const Floats depth = p.depth - at.z;
     const float per = p.depth / mesh.focal;
-    Corner c;
+    FacetCorner c;
     c.in_front = depth >= mesh.near;
     c.inverse = 1.0f / select(c.in_front, depth, all(1.0f));
     const Floats scale = c.inverse * mesh.focal;
@@ -389,7 +376,7 @@ struct MeshOf {
     const float end_x = static_cast<float>(task.columns) + more_x, end_y = static_cast<float>(task.rows) + more_y;
     for (int i = 0; i < mesh.triangles; i += kLanes) {
       const auto at = static_cast<std::size_t>(i);
-      const Corner c[3] = {corner(p, lens, 0, at), corner(p, lens, 1, at), corner(p, lens, 2, at)};
+      const FacetCorner c[3] = {corner(p, lens, 0, at), corner(p, lens, 1, at), corner(p, lens, 2, at)};
       const Floats right = max(max(c[0].x, c[1].x), c[2].x), left = min(min(c[0].x, c[1].x), c[2].x);
       const Floats below = max(max(c[0].y, c[1].y), c[2].y), above = min(min(c[0].y, c[1].y), c[2].y);
       Mask seen = c[0].in_front & c[1].in_front & c[2].in_front;
@@ -405,7 +392,7 @@ struct MeshOf {
       for (; lanes != 0; lanes &= lanes - 1) {
         const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
         Shown f;
-        if (!facet(c, lane, f)) continue;
+        if (!set_facet(c, lane, f)) continue;
         f.shade = shades[lane];
         if constexpr (kColored) {
           if (mesh.colors != nullptr) set_tints(c, lane, at + lane, f);
@@ -420,7 +407,7 @@ struct MeshOf {
   }
 
   /// Prepares what a triangle's corners have, besides colours. The visible side must be known.
-  MOTES_OUTLINE void set_corners(const CameraPose& p, const Corner (&c)[3], std::size_t lane, std::size_t triangle,
+  MOTES_OUTLINE void set_corners(const CameraPose& p, const FacetCorner (&c)[3], std::size_t lane, std::size_t triangle,
                                  TintedFacet& f) const {
     const int order[3] = {0, f.swapped ? 2 : 1, f.swapped ? 1 : 2};
     const auto value = [&](const float* planes, int plane) {
@@ -441,16 +428,11 @@ struct MeshOf {
     if (mesh.picture.count == 0) return;
     const Float3 first = turned_by(mesh.corners, 0);
     const Float3 twice = cross(minus(turned_by(mesh.corners, 3), first), minus(turned_by(mesh.corners, 6), first));
-    const Float3 place = place_on(f, third(f.x), third(f.y)), normal = turned_by(mesh.corners, 9);
+    const Float3 place = place_on(f, to_centre(f.x), to_centre(f.y)), normal = turned_by(mesh.corners, 9);
     const float straight = size_of(dot(normal, place)) / __builtin_sqrtf(dot(place, place));
     const float footprint = -place.z / (mesh.focal * (straight > 0.05f ? straight : 0.05f));
     const float area = __builtin_sqrtf(dot(twice, twice)) * p.scale * p.scale;
     f.level = mesh.picture.levels + level_on_mesh(mesh.picture, f.uv, area, footprint);
-  }
-
-  /// Returns the distance from a triangle's first corner to its centre along an axis, px.
-  static MOTES_INLINE float third(const std::int64_t (&v)[3]) {
-    return static_cast<float>(v[1] + v[2] - 2 * v[0]) * (kPixel / 3);
   }
 
   /// Prepares the light of a triangle: `wide` and `high` px large.
@@ -459,50 +441,16 @@ struct MeshOf {
     const float most = mesh.normals == nullptr ? kSmall : kSmallRound;
     f.small = wide <= most && high <= most;
     if (!f.small) return;
-    set_passing(f, third(f.x), third(f.y), f.passes);
-  }
-
-  /// Computes a triangle's corners and depths; returns false if it has no area.
-  static MOTES_INLINE bool facet(const Corner (&c)[3], std::size_t lane, Facet& f) {
-    const auto place = [](float v) { return static_cast<std::int64_t>(floor_of(v * (1 << image::kWideBits) + 0.5f)); };
-    float inverse[3];
-    for (int k = 0; k < 3; ++k) {
-      f.x[k] = place(c[k].x[lane]);
-      f.y[k] = place(c[k].y[lane]);
-      inverse[k] = c[k].inverse[lane];
-    }
-    std::int64_t area = (f.x[1] - f.x[0]) * (f.y[2] - f.y[0]) - (f.x[2] - f.x[0]) * (f.y[1] - f.y[0]);
-    if (area == 0) return false;
-    f.swapped = area < 0;
-    if (f.swapped) {
-      const std::int64_t x = f.x[1], y = f.y[1];
-      const float of = inverse[1];
-      f.x[1] = f.x[2], f.y[1] = f.y[2], inverse[1] = inverse[2];
-      f.x[2] = x, f.y[2] = y, inverse[2] = of;
-      area = -area;
-    }
-    const float per = 1 / (static_cast<float>(area) * kPixel);  // of differences in 1/256 px
-    const auto x = [&](int k) { return static_cast<float>(f.x[k] - f.x[0]); };
-    const auto y = [&](int k) { return static_cast<float>(f.y[k] - f.y[0]); };
-    const float one = inverse[1] - inverse[0], two = inverse[2] - inverse[0];
-    f.inverse = inverse[0];
-    f.right = (one * y(2) - two * y(1)) * per;
-    f.down = (two * x(1) - one * x(2)) * per;
-    f.least = f.most = inverse[0];
-    for (int k = 1; k < 3; ++k) {
-      f.least = f.least < inverse[k] ? f.least : inverse[k];
-      f.most = f.most > inverse[k] ? f.most : inverse[k];
-    }
-    return true;
+    set_passing(f, to_centre(f.x), to_centre(f.y), f.passes);
   }
 
   /// Computes the colours of a triangle whose corners are set.
-  MOTES_INLINE void set_tints(const Corner (&c)[3], std::size_t lane, std::size_t triangle, TintedFacet& f) const {
+  MOTES_INLINE void set_tints(const FacetCorner (&c)[3], std::size_t lane, std::size_t triangle, TintedFacet& f) const {
     const int order[3] = {0, f.swapped ? 2 : 1, f.swapped ? 1 : 2};
     const auto x1 = static_cast<float>(f.x[1] - f.x[0]), y1 = static_cast<float>(f.y[1] - f.y[0]);
     const auto x2 = static_cast<float>(f.x[2] - f.x[0]), y2 = static_cast<float>(f.y[2] - f.y[0]);
     const std::int64_t area = (f.x[1] - f.x[0]) * (f.y[2] - f.y[0]) - (f.x[2] - f.x[0]) * (f.y[1] - f.y[0]);
-    const float per = 1 / (static_cast<float>(area) * kPixel);
+    const float per = 1 / (static_cast<float>(area) * kFacetPixel);
     for (int channel = 0; channel < 3; ++channel) {
       float own[3], of[3];
       for (int k = 0; k < 3; ++k) {

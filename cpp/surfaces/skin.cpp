@@ -85,7 +85,7 @@ void each_cell(const Work& work) {
       for (int x = 0; x < kBlock; ++x) work(x, y, z);
 }
 
-// Sets the vertices on the edges that begin at the block's nodes.
+// Sets the vertices on the edges that begin at the block's nodes, and makes room for those at centres of polygons.
 void cross_edges(const Field& field, BlockKey key, Part& part) {
   const Corners corners(field, key);
   if (!corners.crossed()) return;
@@ -107,6 +107,9 @@ void cross_edges(const Field& field, BlockKey key, Part& part) {
     }
   });
   part.edge_vertices = part.vertices.size() / 3;
+  std::size_t centres = 0;  // room for the vertices at centres of polygons
+  each_cell([&](int x, int y, int z) { centres += cube_cases()[corners.case_of(x, y, z)].polygons.size(); });
+  part.vertices.resize(part.vertices.size() + 3 * centres);
 }
 
 // The parts of all blocks, in the order of their keys.
@@ -116,7 +119,6 @@ class Parts {
 
   Skin skin(threads::Pool& pool) {
     pool.run(keys_.size(), [&](std::size_t i, std::size_t) { cross_edges(field_, keys_[i], parts_[i]); });
-    pool.run(keys_.size(), [&](std::size_t i, std::size_t) { count_centres(i); });
     std::size_t vertices = 0, numbers = 0;
     for (Part& part : parts_) {
       part.first = static_cast<std::uint32_t>(vertices);
@@ -137,15 +139,6 @@ class Parts {
   }
 
  private:
-  // Makes room for the vertices at centres of polygons.
-  void count_centres(std::size_t i) {
-    const Corners corners(field_, keys_[i]);
-    if (!corners.crossed()) return;
-    std::size_t centres = 0;
-    each_cell([&](int x, int y, int z) { centres += cube_cases()[corners.case_of(x, y, z)].polygons.size(); });
-    parts_[i].vertices.resize(parts_[i].vertices.size() + 3 * centres);
-  }
-
   const Part& part(BlockKey key) const {
     return parts_[static_cast<std::size_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin())];
   }

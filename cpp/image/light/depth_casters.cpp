@@ -299,8 +299,8 @@ DepthCasters::Stance DepthCasters::stance_of(std::size_t i, double scale) const 
            Vector{2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)} * scale}};
 }
 
-void DepthCasters::draw_mesh(const Vector& place, const Stance& stance, DepthMap& map) const {
-  const std::vector<Plane> planes = planes_of(map.space());
+template <class Planes>
+void DepthCasters::draw_mesh(const Vector& place, const Stance& stance, const Planes& planes, DepthMap& map) const {
   const auto room = static_cast<std::size_t>(mesh_->room);
   for (std::size_t t = 0; t < static_cast<std::size_t>(mesh_->triangles); ++t) {
     Triangle triangle;
@@ -312,8 +312,9 @@ void DepthCasters::draw_mesh(const Vector& place, const Stance& stance, DepthMap
   }
 }
 
-void DepthCasters::draw_card(std::size_t i, const Vector& place, const Stance& stance, DepthMap& map) const {
-  const std::vector<Plane> planes = planes_of(map.space());
+template <class Planes>
+void DepthCasters::draw_card(std::size_t i, const Vector& place, const Stance& stance, const Planes& planes,
+                             DepthMap& map) const {
   const auto count = static_cast<double>(sprite_->sheet()->tiles.count);
   const double picked = particles_->tile == nullptr ? 0 : std::floor(double{particles_->tile[i]});
   const double tile = count > 1 && std::isfinite(picked) ? picked - count * std::floor(picked / count) : 0;
@@ -349,9 +350,9 @@ void DepthCasters::draw(std::size_t first, std::size_t last, std::vector<DepthMa
       if (ball) {
         draw_ball(from, 0.5 * width, planes, map, *lanes_);
       } else if (mesh_ != nullptr) {
-        draw_mesh(from, stance_of(i, width), map);
+        draw_mesh(from, stance_of(i, width), planes, map);
       } else {
-        draw_card(i, from, stance_of(i, width), map);
+        draw_card(i, from, stance_of(i, width), planes, map);
       }
     }
   }

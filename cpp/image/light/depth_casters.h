@@ -27,8 +27,10 @@ class DepthCasters {
 
   double width_of(std::size_t i, const Vector& place) const;
   Stance stance_of(std::size_t i, double scale) const;
-  void draw_mesh(const Vector& place, const Stance& stance, DepthMap& map) const;
-  void draw_card(std::size_t i, const Vector& place, const Stance& stance, DepthMap& map) const;
+  template <class Planes>
+  void draw_mesh(const Vector& place, const Stance& stance, const Planes& planes, DepthMap& map) const;
+  template <class Planes>
+  void draw_card(std::size_t i, const Vector& place, const Stance& stance, const Planes& planes, DepthMap& map) const;
 
   const Sprite* sprite_;
   const Drawn* particles_;

@@ -42,7 +42,6 @@ struct LiquidSurface::Ball {
 
 void LiquidSurface::begin(const LiquidSprite& look, const View& view) {
   look_ = look;
-  view_ = view;
   grid_ = {view.width, view.height};
   focal_ = static_cast<float>(lens(view).focal_px);
   light_ = light_of(view);
@@ -224,7 +223,6 @@ void LiquidSurface::shade(const LiquidPicture& picture, threads::Pool& pool) con
   const Area area = box();
   LiquidLook look{};
   look.light = light_.get();
-  look.sky = sky_lanes(view_);
   look.per_px = 1 / focal_;
   look.center_x = 0.5f * static_cast<float>(grid_.width);
   look.center_y = 0.5f * static_cast<float>(grid_.height);

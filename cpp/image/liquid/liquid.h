@@ -81,7 +81,6 @@ class LiquidSurface {
   const LiquidLanes* lanes_ = &liquid_lanes();
   LiquidSprite look_;
   Grid grid_;
-  View view_;
   float focal_ = 0;
   std::shared_ptr<const SurfaceLight> light_;
   BufferOf<float> depth_, other_;

@@ -139,8 +139,7 @@ MOTES_INLINE Floats3 shaded(const image::LiquidLook& look, const image::LiquidRo
   const Floats3 eye = place * (-1.0f / sqrt(max(dot(place, place), all(1e-30f))));
   const Floats facing = dot(normal, eye), mirrored = fresnel(look, facing);
   const Floats3 out = normal * (2.0f * facing) - eye;
-  const Floats3 sky =
-      look.sky.kind == image::Sky::Kind::none ? ambient_at(t.ambient, out) : sky_light(look.sky, out, p.seen);
+  const Floats3 sky = t.sky.kind == image::Sky::Kind::none ? ambient_at(t.ambient, out) : sky_light(t.sky, out, p.seen);
   const Floats3 color = {load(row.red + i), load(row.green + i), load(row.blue + i)};
   const Floats3 light = light_on(t, {p.place, p.normal});
   // Through the liquid: what is behind, tinted, and the liquid's own colour the deeper it is.

@@ -37,7 +37,6 @@ struct LiquidRow {
 /// A liquid and the picture behind it.
 struct LiquidLook {
   const SurfaceLight* light;
-  SkyLanes sky;
   float per_px;             // 1 / focal length, px
   float center_x, center_y;  // of the picture, px
   float metres;             // of a unit of thickness

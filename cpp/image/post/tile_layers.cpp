@@ -55,21 +55,15 @@ void TilePainter::show_passed(std::span<const Piece> pieces) {
 }
 
 void TilePainter::front(std::span<const Piece> pieces, const float* depths, std::size_t row_floats, bool passed) {
-  planes_.nearest = Scenery::kNothing;
-  planes_.farthest = 0;
   for (int y = 0; y < area_.height; ++y, depths += row_floats) {
     std::uint32_t* depth = planes_.depth + y * kPixelStride;
     for (int x = 0; x < area_.width; ++x) {
       const std::uint32_t before = planes_.hides ? depth[x] : Scenery::kNothing;
       depth[x] = std::min(before, std::bit_cast<std::uint32_t>(depths[x]));
-      planes_.nearest = std::min(planes_.nearest, depth[x]);
-      planes_.farthest = std::max(planes_.farthest, depth[x]);
     }
   }
-  planes_.hides = true;
-  blocks_.forget();
-  room_ = 0;  // unknown until the next search
-  saturating_ = false;
+  measure_depth();
+  begin_blending();
   if (passed) return show_passed(pieces);
   for (int y = 0; y < area_.height; ++y) std::fill_n(planes_.light + y * kLightStride, 3 * area_.width, 0u);
   paint_blended(pieces);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import sys
 import time
 from collections import deque
@@ -35,7 +36,7 @@ class Board:
         self._seconds: dict[tuple[int, int], float] = {}  # of (who waits, for whom)
         self._course: deque[tuple[int, float, float, float]] = deque(maxlen=MOST_POINTS)
         self._sentence = ""
-        self._explained_s = 0.0
+        self._due_s = 0.0  # when the next explanation is due; infinite: the last one has been made
         self._explaining: asyncio.Task[None] | None = None
 
     async def look(self, *, last: bool) -> dict[str, Any]:
@@ -46,12 +47,9 @@ class Board:
             return {"missing": True}
         now = time.monotonic()
         idle = self._explaining is None or self._explaining.done()
-        if (
-            idle
-            and told["frame"] is not None
-            and (now - self._explained_s > EXPLAIN_S or (last and self._explained_s))
-        ):
-            self._explained_s = 0.0 if last else now
+        due = now >= self._due_s or (last and self._due_s < math.inf)
+        if idle and told["frame"] is not None and due:
+            self._due_s = math.inf if last else now + EXPLAIN_S
             self._explaining = asyncio.create_task(self._explain())
         return {**told, "sentence": self._sentence}
 

@@ -98,6 +98,7 @@ class Desk(Site):
         self._looked_at = False  # whether a page was ever open
         self._empty_since = 0.0
         self._offered_s = 0.0
+        self._offers_soon = False
         self._boards: set[Viewer] = set()  # viewers who see the blackboard
         self._board: Board | None = None
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -347,15 +348,15 @@ class Desk(Site):
 
     def _offer(self) -> None:
         """Offer the newest picture to viewers who can take it, at most once per `OFFER_S`."""
-        newest, now = self._newest, time.monotonic()
-        if newest is None:
-            return
-        if now - self._offered_s < OFFER_S:
-            self._loop.call_later(OFFER_S, self._offer)
-            return
-        self._offered_s = now
-        for viewer in self._viewers:
-            viewer.keep(newest) if not newest.exact else viewer.offer(newest)
+        if not self._offers_soon:
+            self._offers_soon = True
+            self._loop.call_later(max(0.0, self._offered_s + OFFER_S - time.monotonic()), self._offer_now)
+
+    def _offer_now(self) -> None:
+        self._offers_soon, self._offered_s = False, time.monotonic()
+        if (newest := self._newest) is not None:
+            for viewer in self._viewers:
+                viewer.keep(newest) if not newest.exact else viewer.offer(newest)
 
     def _changed(self) -> None:
         if not self._tells_soon:

@@ -7,6 +7,7 @@ import logging
 import secrets
 import socket
 import time
+from abc import ABC, abstractmethod
 from asyncio import AbstractEventLoop
 from collections.abc import Mapping
 from http import HTTPStatus
@@ -30,7 +31,7 @@ _EVERYWHERE = ("0.0.0.0", "::")
 _BUSY = (errno.EADDRINUSE, errno.EACCES)
 
 
-class Site:
+class Site(ABC):
     """A page and its viewers. All methods are called in the thread of its loop."""
 
     _loop: AbstractEventLoop
@@ -63,13 +64,15 @@ class Site:
 
     # --- what servers define
 
+    @abstractmethod
     def _viewer(self, connection: Any, query: Mapping[str, list[str]]) -> Viewer:
         """Return a new viewer; `query`: what its address asks for."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _came(self, viewer: Viewer) -> None:
         """Note that a viewer has joined."""
 
+    @abstractmethod
     def _left(self, viewer: Viewer) -> None:
         """Note that a viewer has left."""
 

@@ -171,7 +171,7 @@ def _launcher_of(run: Path) -> Any:
         raise ArgumentError("RUN", os.fspath(run), "the directory of a run's log, World(log=...)") from None
     except (OSError, ValueError, AttributeError) as error:
         raise MotesError(f"{run}/run.json cannot be read: {error}") from None
-    if not launcher or launcher == "-":
+    if not launcher:
         raise MotesError(
             f"{run} was started without a launcher of motes: {_HOW} (a single rank needs --restarts 1). "
             "SIGTERM ends it with a checkpoint, if it has World(checkpoint=...); the same script continues "

@@ -222,7 +222,7 @@ def _run_again(
     resizing: Resizing, compose: Callable[[Size], list[str]], variables: Mapping[str, str], restarts: int
 ) -> int:
     """Run a job to its end, over all its starts, and return the exit code."""
-    os.environ[LAUNCHER] = "-"  # for `compose`; `supervise` sets it
+    os.environ[LAUNCHER] = resizing.address  # for the ranks of all starts
     if hasattr(signal, "SIGUSR2"):  # must not end this process between two starts of the job
         signal.signal(signal.SIGUSR2, lambda *_: None)
     while True:

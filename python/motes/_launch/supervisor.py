@@ -25,7 +25,7 @@ from .._mpi.presence import Presence
 from .._run import open_worlds
 from .._run.losses import END, LOST
 from .files import folder_of_a_job
-from .resizing import LAUNCHER, Resizing
+from .resizing import Resizing
 
 __all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
@@ -65,11 +65,12 @@ def supervise(
     this host has none, they go to the launcher, like a second SIGINT or SIGTERM and all other signals. On
     Linux the launcher ends when this process does, even if that is killed.
     """
-    with folder_of_a_job() as (folder, own), _Signals(folder, resizing) as signals:
-        os.mkdir(worlds := os.path.join(folder, "worlds"))
+    with (
+        folder_of_a_job() as (folder, own),
+        _Signals(worlds := os.path.join(folder, "worlds"), resizing) as signals,
+    ):
+        os.mkdir(worlds)
         environment = {**own, **(variables or {}), **os.environ, open_worlds.FOLDER: worlds}
-        if resizing is not None:
-            environment[LAUNCHER] = resizing.address
         process = subprocess.Popen(
             argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_start_of_launcher(), bufsize=0
         )
@@ -114,12 +115,12 @@ def supervise(
 class _Signals:
     """Passes signals on to a process or its ranks, early ones as soon as the process has started."""
 
-    def __init__(self, folder: str, resizing: Resizing | None) -> None:
+    def __init__(self, worlds: str, resizing: Resizing | None) -> None:
         self.insisted = 0
         """The second signal, which ends the job at once; 0: there was none."""
         self.passed_on = 0
         """The last signal that was passed to the launcher as `_ENDING`; 0: none."""
-        self._folder = os.path.join(folder, "worlds")
+        self._folder = worlds
         self._resizing = resizing
         self._asked = False  # whether SIGINT or SIGTERM has asked the ranks to stop
         self._process: subprocess.Popen[bytes] | None = None

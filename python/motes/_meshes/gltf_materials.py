@@ -18,7 +18,7 @@ from .._values.materials import Material
 from ..errors import ArgumentError
 from .accessors import Accessors
 from .polygons import Unreadable
-from .surfaces import Surface, joined, linear_of
+from .surfaces import Surface, joined
 
 __all__ = ["Materials"]
 
@@ -41,11 +41,10 @@ class Materials:
 
     def applied(self, parts: Sequence[Surface], numbers: Sequence[int]) -> Surface:
         """Return parts as one surface with one material; `numbers`: of their materials, -1: none."""
-        surface = joined(parts)
         if not set(numbers) - {-1}:
-            return surface
+            return joined(parts)
         if len(set(numbers)) == 1:
-            return surface._replace(material=self._material(numbers[0]))
+            return joined(parts)._replace(material=self._material(numbers[0]))
         tinted = [self._tinted(part, number) for part, number in zip(parts, numbers, strict=True)]
         triangles = {number: 0 for number in numbers}
         for part, number in zip(parts, numbers, strict=True):
@@ -67,8 +66,8 @@ class Materials:
                 tuple(facts.get("baseColorFactor", (1, 1, 1, 1))[:3]),
                 facts.get("roughnessFactor", 1),
                 facts.get("metallicFactor", 0 if plain else 1),
-                self._picture(facts.get("baseColorTexture"), linear_of),
-                self._picture(facts.get("metallicRoughnessTexture"), lambda parts: parts),
+                self._picture(facts.get("baseColorTexture")),
+                self._picture(facts.get("metallicRoughnessTexture")),
             )
         return self._known[number]
 
@@ -81,7 +80,7 @@ class Materials:
             colors = colors * interpolated(material.image, part.uv, lambda pixels: pixels.astype(np.float64))
         return part._replace(colors=colors)
 
-    def _picture(self, texture: dict[str, Any] | None, convert: Any) -> NDArray[np.float32] | None:
+    def _picture(self, texture: dict[str, Any] | None) -> NDArray[np.uint8] | None:
         if texture is None:
             return None
         source = self._document["textures"][texture["index"]].get("source")
@@ -96,4 +95,4 @@ class Materials:
             pixels = picture_in("image", io.BytesIO(content), most=MOST_SIDE)
         except ArgumentError as error:
             raise Unreadable(f"image {source} cannot be read ({error})") from None
-        return np.asarray(convert(pixels[:, :, :3] / 255), np.float32)
+        return pixels[:, :, :3]

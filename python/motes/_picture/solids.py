@@ -21,6 +21,7 @@ from ..shapes._mesh import Mesh
 from .skies import light_key, light_of
 
 SPOT = "a direction that is not 0, and degrees above 0 and up to 360, or None"
+_PLAIN = Material((0.8, 0.8, 0.8))
 
 __all__ = ["Light", "Solid", "add_to", "parts"]
 
@@ -88,14 +89,15 @@ class Solid(Value):
                     )
             color = (1, 1, 1) if color is None else color
         own = getattr(shape, "material", None) if color is None else None
-        look = Material((0.8, 0.8, 0.8)) if own is None else own
+        look = _PLAIN if own is None else own
+        shown = None if image is None else light_of("image", image)
         self.__dict__.update(
             shape=shape,
             color=arguments.color(
                 "color", look.color if color is None else color, low=0, high=arguments.FARTHEST
             ),
             light=arguments.number("light", light, low=0, high=1e6),
-            image=look.image if image is None else light_of("image", image),
+            image=look.image if shown is None else shown,
             scale=arguments.number("scale", scale, low=1e-6, high=1e6),
             roughness=look.roughness
             if roughness is None
@@ -103,7 +105,7 @@ class Solid(Value):
             metal=look.metal if metal is None else arguments.number("metal", metal, low=0, high=1),
             glass=None if glass is None else arguments.number("glass", glass, low=1, high=4),
         )
-        self.__dict__["_image"] = 0 if self.image is None else light_key(self.image)
+        self.__dict__["_image"] = look.__dict__["_image"] if shown is None else light_key(shown)
         own_finish = roughness is None and metal is None and look.finish_image is not None
         self.__dict__["_finish_image"] = look.__dict__["_finish_image"] if own_finish else 0
 

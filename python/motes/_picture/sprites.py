@@ -169,7 +169,9 @@ class Sprite(Value):
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
         if self.kind == "mesh" and self.image is not None:
-            state["_picture"] = light_key(self.image)
+            own = None if self.mesh is None else self.mesh.material
+            kept = image is None and own is not None
+            state["_picture"] = own.__dict__["_image"] if kept else light_key(self.image)
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,
@@ -279,10 +281,7 @@ def _mesh(sprite: Sprite, mesh: Any) -> Mesh | None:
         raise ArgumentError(
             "mesh", f"{len(mesh.triangles)} triangles", f"of at most {MOST_TRIANGLES} triangles"
         )
-    if sprite.pixels not in (None, DEFAULT_PIXELS):
-        raise ArgumentError("pixels", sprite.pixels, "left out for a mesh: `size` scales it")
-    if sprite.height is not None:
-        raise ArgumentError("height", sprite.height, "left out for a mesh: `size` scales it")
+    _check_left_out(sprite, "a mesh: `size` scales it", pixels=DEFAULT_PIXELS, height=None)
     return mesh
 
 
@@ -323,10 +322,7 @@ def _of_ribbon(sprite: Sprite, name: str, value: Any) -> float | None:
 def _check_ribbon(sprite: Sprite) -> None:
     if sprite.kind != "ribbon":
         return
-    if sprite.pixels not in (None, DEFAULT_PIXELS):
-        raise ArgumentError("pixels", sprite.pixels, "left out for a ribbon: `width` is its size")
-    if sprite.height is not None:
-        raise ArgumentError("height", sprite.height, "left out for a ribbon: `width` is its size")
+    _check_left_out(sprite, "a ribbon: `width` is its size", pixels=DEFAULT_PIXELS, height=None)
     if sprite.shadow > 0:
         raise ArgumentError("shadow", sprite.shadow, "0 for a ribbon: it casts no shadow")
 
@@ -339,22 +335,18 @@ def _set_liquid(sprite: Sprite, radius: Any, foam: Any, glass: Any) -> None:
     state["foam"] = arguments.number("foam", foam, low=0, high=1e9)
     state["glass"] = arguments.number("glass", glass, low=1, high=4)
     if sprite.kind != "surface":
-        for name, water in {"foam": 0, "glass": DEFAULT_GLASS}.items():
-            if state[name] != water:
-                raise ArgumentError(name, state[name], "left out for all kinds but 'surface'")
-        return
-    plain: dict[str, Any] = {
-        "pixels": DEFAULT_PIXELS,
-        "height": None,
-        "blend": "add",
-        "softness": 0,
-        "lit": False,
-    }
+        return _check_left_out(sprite, "all kinds but 'surface'", foam=0, glass=DEFAULT_GLASS)
+    described = "a surface, which `radius`, `foam` and `glass` describe"
+    size = {"pixels": DEFAULT_PIXELS, "height": None}
+    _check_left_out(sprite, described, **size, blend="add", softness=0, lit=False)
+
+
+def _check_left_out(sprite: Sprite, what: str, **plain: Any) -> None:
+    """Refuse what the script has given although `what` has no use for it; `plain`: the defaults by name."""
     for name, default in plain.items():
-        if state[name] is not None and state[name] != default:
-            raise ArgumentError(
-                name, state[name], "left out for a surface, which `radius`, `foam` and `glass` describe"
-            )
+        given = sprite.__dict__[name]
+        if given is not None and given != default:
+            raise ArgumentError(name, given, f"left out for {what}")
 
 
 def _height(height: Any) -> float:

@@ -7,23 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 from made_meshes import globe
-from numpy.typing import NDArray
+from one_thing import CARD, CENTER, COLOR, LAMPS, WHITE, inside, picture, smooth
 
 import motes
 from motes import shapes
 from motes.errors import ArgumentError
 
-Picture = NDArray[np.float64]
-CENTER = (0.4, 0.3, 0.0)
-AWAY = {"background": (0.1, 0.1, 0.1), "fog": ("black", 1e9)}  # no fading into the background
 BALL = motes.Mesh(*globe(48, 96, 0.5), smooth=True)
 SPHERE = shapes.Sphere(CENTER, 0.5)
-HALF = np.sqrt(0.5)
-CARD = shapes.Rectangle(
-    (CENTER[0] - HALF / 2, CENTER[1] - 0.5, CENTER[2] + HALF / 2), (HALF, 0, -HALF), (0, 1, 0)
-)
-TURN = (0.0, float(np.sin(np.pi / 8)), 0.0, float(np.cos(np.pi / 8)))
-WHITE = np.full((4, 4, 3), 255, np.uint8)
 KINDS: dict[str, tuple[dict[str, Any], Any]] = {
     "sphere": ({"kind": "sphere", "pixels": None}, SPHERE),
     "mesh": ({"kind": "mesh", "mesh": BALL}, SPHERE),
@@ -41,46 +32,9 @@ SKY[:, 40:56] = (0.9, 0.5, 0.2)
 SKY[:10] += 0.4
 LIGHTS: dict[str, dict[str, Any]] = {
     "sun": {"sun": (0.5, 0.6, 0.7), "sun_color": "orange", "sun_power": 1.3},
-    "lamp": {"sun": (0, 0, 0), "lights": [motes.Light((1.5, 1, 1.2), (1, 0.8, 0.6), 1.5)]},
-    "spot": {
-        "sun": (0, 0, 0),
-        "lights": [motes.Light((1.5, 1, 1.5), (0.6, 1, 0.7), 3, spot=((-1.1, -0.6, -1.5), 35))],
-    },
-    "gradient": {
-        "sun": (0, 0, 0),
-        "background": motes.Gradient((0.9, 0.5, 0.3), (0.3, 0.5, 1), (0.2, 0.2, 0.1)),
-    },
     "picture": {"sun": (0.5, 0.6, 0.7), "background": SKY},
-    "fog": {"sun": (0.5, 0.6, 0.7), "fog": ((0.2, 0.4, 0.9), 6)},
+    **LAMPS,
 }
-
-
-def picture(what: motes.Sprite | None, *objects: motes.Solid | None, **facts: Any) -> Picture:
-    camera = motes.Camera((0, 0.6, 4), (0, 0.3, 0), fov_deg=36)
-    renderer = motes.Renderer(
-        120, 90, camera=camera, linear=True, objects=[*filter(None, objects)], **(AWAY | facts)
-    )
-    world = motes.World(seed=1, renderer=renderer, progress="off")
-    system = world.system("one", **({} if what is None else {"sprite": what}))
-    with world:
-        if what is not None:
-            system.configure(size=1, color=(0.75, 0.6, 0.35), orientation=TURN)
-            system.burst(CENTER)
-            system.move()
-        return world.render().linear.astype(float)
-
-
-def inside(mask: NDArray[np.bool_], pixels: int = 2) -> NDArray[np.bool_]:
-    """Return the mask without its outermost pixels."""
-    for _ in range(pixels):
-        mask = mask & np.all([np.roll(mask, by, axis) for by in (-1, 1) for axis in (0, 1)], axis=0)
-    return mask
-
-
-def smooth(one: Picture) -> NDArray[np.bool_]:
-    """Return the pixels that differ little from their neighbours."""
-    near = [np.roll(one, by, axis) for by in (-1, 1) for axis in (0, 1)]
-    return np.abs(np.subtract(near, one)).max(axis=(0, 3)) < 0.1 * one.max(axis=2) + 0.004
 
 
 @pytest.mark.parametrize("light", LIGHTS)
@@ -90,7 +44,7 @@ def test_the_reflections_of_a_solid(kind: str, finish: str, light: str) -> None:
     members, form = KINDS[kind]
     roughness, metal = FINISHES[finish]
     look: dict[str, Any] = {"roughness": roughness, "metal": metal}
-    expected = picture(None, motes.Solid(form, (0.75, 0.6, 0.35), **look), **LIGHTS[light])
+    expected = picture(None, motes.Solid(form, COLOR, **look), **LIGHTS[light])
     blend: Any = "alpha" if finish == "brass" else "opaque"
     found = picture(motes.Sprite(**members, **look, blend=blend, lit=True), None, **LIGHTS[light])
     dark = picture(None, motes.Solid(form), sun=(0, 0, 0), background=(0, 0, 0), smooth=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -162,6 +163,7 @@ with world:
 """
 
 
+@cache
 def alone() -> list[str]:
     """Return the pictures of one rank."""
     lines = on_ranks(1, EVERYWHERE, "gather", "auto", 4).lines

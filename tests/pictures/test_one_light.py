@@ -8,27 +8,17 @@ import numpy as np
 import pytest
 from made_meshes import globe
 from numpy.typing import NDArray
+from one_thing import AWAY, CARD, CENTER, COLOR, HALF, LAMPS, WHITE, Picture, inside, picture, smooth
 
 import motes
 from motes import shapes
 from motes.errors import ArgumentError
 
-Picture = NDArray[np.float64]
-COLOR = (0.75, 0.6, 0.35)
-CENTER = (0.4, 0.3, 0.0)
-AWAY = {"background": (0.1, 0.1, 0.1), "fog": ("black", 1e9)}  # no fading into the background
 BALL = motes.Mesh(*globe(24, 48, 0.5))  # of many flat triangles
-HALF = np.sqrt(0.5)
 CUBE_POINTS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
 CUBE_SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 CUBE = motes.Mesh(CUBE_POINTS, [t for a, b, c, d in CUBE_SIDES for t in ((a, b, c), (a, c, d))])
 LEFT = tuple(np.subtract(CENTER, (HALF, 0.5, HALF)))
-WHITE = np.full((4, 4, 3), 255, np.uint8)
-# Turned by 45 degrees about y: a card faces along x + z.
-TURN = (0.0, float(np.sin(np.pi / 8)), 0.0, float(np.cos(np.pi / 8)))
-CARD = shapes.Rectangle(
-    (CENTER[0] - HALF / 2, CENTER[1] - 0.5, CENTER[2] + HALF / 2), (HALF, 0, -HALF), (0, 1, 0)
-)
 KINDS: dict[str, tuple[dict[str, Any], Any]] = {
     "sphere": ({"kind": "sphere", "pixels": None}, shapes.Sphere(CENTER, 0.5)),
     "mesh": ({"kind": "mesh", "mesh": BALL}, BALL.at(CENTER, angle_deg=45)),
@@ -41,51 +31,15 @@ SKY[:5] += 0.4
 LIGHTS: dict[str, dict[str, Any]] = {
     "sun": {"sun": (0.5, 0.6, 0.7)},
     "colored sun": {"sun": (0.5, 0.6, 0.7), "sun_color": "orange", "sun_power": 1.3},
-    "lamp": {"sun": (0, 0, 0), "lights": [motes.Light((1.5, 1, 1.2), (1, 0.8, 0.6), 1.5)]},
-    "spot": {
-        "sun": (0, 0, 0),
-        "lights": [motes.Light((1.5, 1, 1.5), (0.6, 1, 0.7), 3, spot=((-1.1, -0.6, -1.5), 35))],
-    },
-    "gradient": {
-        "sun": (0, 0, 0),
-        "background": motes.Gradient((0.9, 0.5, 0.3), (0.3, 0.5, 1), (0.2, 0.2, 0.1)),
-    },
     "picture": {"sun": (0.5, 0.6, 0.7), "background": SKY},
-    "fog": {"sun": (0.5, 0.6, 0.7), "fog": ((0.2, 0.4, 0.9), 6)},
+    **LAMPS,
 }
-
-
-def picture(what: motes.Sprite | None, solid: Any, **facts: Any) -> Picture:
-    camera = motes.Camera((0, 0.6, 4), (0, 0.3, 0), fov_deg=36)
-    objects = [] if solid is None else [motes.Solid(solid, COLOR)]
-    renderer = motes.Renderer(120, 90, camera=camera, linear=True, objects=objects, **(AWAY | facts))
-    world = motes.World(seed=1, renderer=renderer, progress="off")
-    system = world.system("one", **({} if what is None else {"sprite": what}))
-    with world:
-        if what is not None:
-            system.configure(size=1, color=COLOR, orientation=TURN if what.kind != "ribbon" else (0, 0, 0, 1))
-            system.burst(CENTER)
-            system.move()
-        return world.render().linear.astype(float)
-
-
-def inside(mask: NDArray[np.bool_], pixels: int = 2) -> NDArray[np.bool_]:
-    """Return the mask without its outermost pixels."""
-    for _ in range(pixels):
-        mask = mask & np.all([np.roll(mask, by, axis) for by in (-1, 1) for axis in (0, 1)], axis=0)
-    return mask
-
-
-def smooth(picture: Picture) -> NDArray[np.bool_]:
-    """Return the pixels that differ little from their neighbours."""
-    near = [np.roll(picture, by, axis) for by in (-1, 1) for axis in (0, 1)]
-    return np.abs(np.subtract(near, picture)).max(axis=(0, 3)) < 0.1 * picture.max(axis=2) + 0.004
 
 
 def form(solid: Any) -> NDArray[np.bool_]:
     """Return the pixels that a solid covers."""
     dark = {"sun": (0, 0, 0), "background": (0, 0, 0), "smooth": False}
-    return picture(None, solid, **dark).max(axis=2) > 0
+    return picture(None, motes.Solid(solid, COLOR), **dark).max(axis=2) > 0
 
 
 @pytest.mark.parametrize("light", LIGHTS)
@@ -93,7 +47,7 @@ def form(solid: Any) -> NDArray[np.bool_]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_light_of_a_solid(kind: str, blend: Any, light: str) -> None:
     members, solid = KINDS[kind]
-    expected = picture(None, solid, **LIGHTS[light])
+    expected = picture(None, motes.Solid(solid, COLOR), **LIGHTS[light])
     found = picture(motes.Sprite(**members, blend=blend, lit=True), None, **LIGHTS[light])
     there = inside(form(solid)) & smooth(expected) & smooth(found)
     assert there.sum() > (30 if kind == "mesh" else 300)
@@ -108,7 +62,7 @@ def test_light_above_white(kind: str) -> None:
     members, solid = KINDS[kind]
     for power in (6, 300):
         facts = {"sun": (0.5, 0.6, 0.7), "sun_power": power, "sun_color": (1, 0.5, 0.1)}
-        expected = picture(None, solid, **facts)
+        expected = picture(None, motes.Solid(solid, COLOR), **facts)
         found = picture(motes.Sprite(**members, blend="opaque", lit=True), None, **facts)
         there = inside(form(solid)) & smooth(expected / power) & smooth(found / power)
         assert expected[there].max() > 0.5 * power * 0.75 * 0.7
@@ -120,7 +74,7 @@ def test_light_above_white(kind: str) -> None:
 def test_a_lit_disc_has_the_mean_light_of_a_ball(light: str) -> None:
     solid = shapes.Sphere(CENTER, 0.5)
     there = form(solid)
-    expected = picture(None, solid, smooth=False, **LIGHTS[light])[there].mean(axis=0)
+    expected = picture(None, motes.Solid(solid, COLOR), smooth=False, **LIGHTS[light])[there].mean(axis=0)
     sprite = motes.Sprite("disc", None, "opaque", lit=True)
     found = picture(sprite, None, **LIGHTS[light])[inside(there)].mean(axis=0)
     assert found == pytest.approx(expected, rel=0.05)

@@ -32,6 +32,16 @@ def expected() -> list[list[str]]:
     return [frames[0, frame] for frame in range(len(frames))]
 
 
+def on_all_paths(scene: str) -> list[str]:
+    """Run a scene, whose arguments are path and roles, on 1 to 5 ranks; return its lines, alike on all."""
+    alone = on_ranks(1, scene, "gather", "auto").lines
+    for path in ("gather", "tiles", "composite"):
+        assert on_ranks(2, scene, path, "shared").lines == alone
+    assert on_ranks(3, scene, "tiles", "auto").lines == alone
+    assert on_ranks(5, scene, "composite", "auto").lines == alone
+    return alone
+
+
 def roles(size: int) -> list[Any]:
     """Return ordinary and unusual roles for a number of ranks: [manager, image generator, calculators]."""
     ranks = list(range(size))

@@ -15,7 +15,7 @@ import pytest
 from motes_lab.bench.peers import bed_lammps
 from motes_lab.bench.peers.bed import bed, chute
 from motes_lab.bench.peers.spheres import NotInstalled
-from motes_lab.cli.bench import _peers as shown
+from motes_lab.cli.bench import _bed as shown
 
 BED: dict[str, Any] = {
     "low": [0.0, 0.0, 0.0],
@@ -91,9 +91,9 @@ def test_a_python_without_lammps_is_named(tmp_path: Path):
 def test_rows_are_shown_with_what_they_leave_out():
     row = {"peer": "lammps", "ranks": 2, "ns": 123.4, "engine_by_peer": 1.5, "leaves_out": "equal bits"}
     figures = {"grains": 64, "touching": 4.5, "lammps": "20990101", "rows": [row]}
-    text = shown({"steps": 1, "simd": "-", "rows": [], "not_installed": {}, "collide": None, "bed": figures})
-    assert "64 grains at rest in a box, 4.50 contacts each, LAMMPS 20990101" in text
-    assert text.splitlines()[-1].split() == ["lammps", "2", "123.4", "1.50", "equal", "bits"]
+    lines = shown(figures, "at rest in a box")
+    assert lines[0] == "64 grains at rest in a box, 4.50 contacts each, LAMMPS 20990101"
+    assert lines[2].split() == ["lammps", "2", "123.4", "1.50", "equal", "bits"]
 
 
 @pytest.mark.parametrize("compare", [bed, chute])

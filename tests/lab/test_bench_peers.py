@@ -26,14 +26,17 @@ def only_numpy(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_what_is_not_installed_is_said(only_numpy: None, capsys: pytest.CaptureFixture[str]):
-    assert main(["bench", "peers", "--particles", "20000", "--steps", "2", "--lammps", "/no/python"]) == 0
+    assert (
+        main(["bench", "peers", "--particles", "20000", "--steps", "2", "--lammps", "/no/python", "--busy"])
+        == 0
+    )
     assert "/no/python: No such file or directory" in capsys.readouterr().out
-    assert main(["bench", "peers", "--particles", "20000", "--steps", "2"]) == 0
+    assert main(["bench", "peers", "--particles", "20000", "--steps", "2", "--busy"]) == 0
     text = capsys.readouterr().out
     for name in OPTIONAL:
         assert f"not installed: pip install '{PEERS[name].package}', or the extra motes[peers]" in text
     assert "NaN" not in text
-    figures = peers(particles=20000, steps=2, threads=1)
+    figures = peers(particles=20000, steps=2, threads=1, busy=True)
     assert [row["peer"] for row in figures["rows"]] == ["motes", "numpy"]
     assert set(figures["not_installed"]) - {"lammps"} == {*OPTIONAL}
     assert figures["rows"][0]["engine_by_peer"] == 1
@@ -55,6 +58,7 @@ def test_a_peer_agrees_with_the_engine(name: str):
         "--steps",
         "3",
         "--json",
+        "--busy",
     ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=280, check=False)
     assert done.returncode == 0, done.stderr
@@ -79,4 +83,4 @@ def test_wrong_physics_is_noticed(
 ):
     monkeypatch.setattr(numpy_run, wrong, value)
     with pytest.raises(RuntimeError, match=f"numpy and the engine disagree: .*{column} "):
-        peers(particles=20000, steps=3, threads=1)
+        peers(particles=20000, steps=3, threads=1, busy=True)

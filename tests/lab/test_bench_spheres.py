@@ -15,7 +15,7 @@ import pytest
 from motes_lab.bench.meetings import REACH
 from motes_lab.bench.peers import lammps_run
 from motes_lab.bench.peers.spheres import NotInstalled, spheres
-from motes_lab.cli.bench import _peers as shown
+from motes_lab.cli.bench import _colliding as shown
 
 MODULE = """
 import time
@@ -102,9 +102,7 @@ def test_both_are_timed_in_turn(python: Any):
     assert 1000 < each["ns"] < 2000  # 0.02 s for ten steps of 2000 spheres
     assert each["engine_by_peer"] == pytest.approx(each["ns"] / rows["collide"]["ns"], rel=0.5)
     assert figures["lammps"] == "20990101"
-    text = shown(
-        {"particles": 1, "steps": 1, "simd": "-", "rows": [], "not_installed": {}, "collide": figures}
-    )
+    text = "\n".join(shown(figures))
     assert "2000 spheres, 6.4 neighbours each, LAMMPS 20990101" in text
     assert "lammps, list kept" in text and "NaN" not in text
 

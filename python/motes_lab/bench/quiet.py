@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
+import platform
 import time
 from pathlib import Path
 
 from motes.errors import MotesError
 
-__all__ = ["LIMIT", "OthersAtWork", "require_quiet"]
+__all__ = ["LIMIT", "OthersAtWork", "processor", "require_quiet", "too_busy"]
 
 LIMIT = 0.25
 """Processors that other programs may use on average; with more, figures are not judged."""
 LOOK_S = 2.0
 """How long a look takes before a benchmark starts."""
-_STAT = Path("/proc/stat")
+_STAT, _CPUINFO = Path("/proc/stat"), Path("/proc/cpuinfo")
 
 
 class OthersAtWork:
@@ -50,6 +51,18 @@ def too_busy(used: float) -> str:
         f"other programs use {used:.2f} processors of this machine, at most {LIMIT} are allowed: ratios of "
         "times mean nothing. Wait until they have ended, or give --busy to see ratios that are not judged"
     )
+
+
+def processor() -> str:
+    """Return the processor's name, family and model, or the architecture where the system does not tell."""
+    try:
+        lines = _CPUINFO.read_text().partition("\n\n")[0].splitlines()
+    except OSError:
+        lines = []
+    told = {name.strip(): value.strip() for name, _, value in (line.partition(":") for line in lines)}
+    if "model name" not in told:
+        return platform.machine()
+    return f"{told['model name']} (family {told.get('cpu family', '?')}, model {told.get('model', '?')})"
 
 
 def _busy_s() -> float:

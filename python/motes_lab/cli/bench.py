@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from motes.cli.parser import add_json, positive, print_figures
@@ -155,7 +155,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     compare.add_argument("--only", nargs="+", choices=_COMPARED, help="only these benchmarks")
     add_busy(compare)
     peers = names.add_parser(
-        "peers", help="compare the engine with NumPy, Numba, Taichi and Warp (snow) and LAMMPS (spheres)"
+        "peers", help="compare the engine with LAMMPS (grains, spheres), NumPy, Numba, Taichi and Warp (snow)"
     )
     peers.add_argument("--particles", type=positive, default=12_800_000)
     peers.add_argument("--steps", type=positive, default=9)
@@ -176,6 +176,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         const=sys.executable,
         help="only the comparison with LAMMPS, run by this Python (the current one)",
     )
+    add_busy(peers)
     for command in names.choices.values():
         add_json(command)
 
@@ -314,21 +315,25 @@ def _compare(figures: Mapping[str, Any]) -> str:
 
 
 def _peers(figures: Mapping[str, Any]) -> str:
-    """Show the peers as a table, the work that each leaves out, and those that are not installed."""
+    """Show the peers as tables, the work that each leaves out, and those that are not installed."""
+    lines = [line for name, what in _BEDS.items() if figures[name] for line in _bed(figures[name], what)]
+    lines += _snow(figures["rows"]) if figures["rows"] else ()
+    lines += _colliding(figures["collide"]) if figures["collide"] else ()
+    lines += [f"{name:<8}{why}" for name, why in figures["not_installed"].items()]
+    about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd") if name in figures)
+    machine = f"{figures['processor']}, {figures['cores']} cores, {figures['date']}"
+    return "\n".join([*lines, about, f"{machine}; others used {figures['others']:.2f} processors"])
+
+
+def _snow(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Show snow's steps of each peer."""
     lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / peer':>13}"]
     lines += [
         f"{row['peer']:<8}{row['threads']:>8}{row['million_per_s']:>13.0f}{row['engine_by_peer']:>13.2f}"
-        for row in figures["rows"]
+        for row in rows
     ]
-    out = {row["peer"]: row["leaves_out"] for row in figures["rows"] if row["leaves_out"]}
-    lines += ["", "left out:", *(f"{name:<8}{what}" for name, what in out.items())]
-    lines += ["", *(f"{name:<8}{why}" for name, why in figures["not_installed"].items())]
-    about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd") if name in figures)
-    if not figures["rows"]:
-        lines = list(figures["not_installed"].values())
-    collide = figures.get("collide")
-    beds = [line for name, what in _BEDS.items() if figures.get(name) for line in _bed(figures[name], what)]
-    return "\n".join([*lines, about, *(_colliding(collide) if collide else ()), *beds])
+    out = {row["peer"]: row["leaves_out"] for row in rows if row["leaves_out"]}
+    return [*lines, "", "left out:", *(f"{name:<8}{what}" for name, what in out.items()), ""]
 
 
 def _colliding(figures: Mapping[str, Any]) -> list[str]:
@@ -336,7 +341,7 @@ def _colliding(figures: Mapping[str, Any]) -> list[str]:
     lines = [f"{row['peer']:<32}{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}" for row in figures["rows"]]
     seen = f"{figures['neighbours']:.1f} neighbours each"
     about = f"{figures['spheres']} spheres, {seen}, LAMMPS {figures['lammps']}"
-    return ["", about, f"{'':<32}{'ns':>9}{'engine / peer':>13}", *lines]
+    return [about, f"{'':<32}{'ns':>9}{'engine / peer':>13}", *lines, ""]
 
 
 _BEDS = {"bed": "at rest in a box", "chute": "flowing down a chute"}
@@ -350,7 +355,7 @@ def _bed(figures: Mapping[str, Any], what: str) -> list[str]:
         lines.append(f"{row['peer']:<8}{row['ranks']:>6}{timed}   {row['leaves_out']}")
     about = f"{figures['grains']} grains {what}, {figures['touching']:.2f} contacts each"
     about += f", LAMMPS {figures['lammps']}"
-    return ["", about, f"{'':<8}{'ranks':>6}{'ns':>9}{'engine / peer':>13}   left out", *lines]
+    return [about, f"{'':<8}{'ranks':>6}{'ns':>9}{'engine / peer':>13}   left out", *lines, ""]
 
 
 def _shown(value: Any) -> str:

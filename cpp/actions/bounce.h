@@ -17,10 +17,9 @@
 
 namespace motes::MOTES_ISA {
 
-/// `path`: the step's displacement. Near the origin a part of it counts, up to a millimetre.
+/// `path`: the step's displacement.
 MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end, Floats3 path) {
-  const Floats least = min(largest(path) * static_cast<float>(kPathsOfSkin), all(static_cast<float>(kMostLeast)));
-  return max(max(largest(start), largest(end)), least) * 0x1p-20f;
+  return max(max(largest(start), largest(end)), largest(path) * 0.25f) * 0x1p-20f;
 }
 
 MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {

@@ -53,10 +53,19 @@ template <class Lanes>
 MOTES_INLINE void bounce_exactly(const Lanes& lanes, const shapes::Shape& shape, const Rebound& rebound,
                                  const actions::Block& b, float dt) {
   if constexpr (requires(Floats3 p) { lanes.may_meet(p, p); }) {
-    for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const auto test = [&](std::size_t i) __attribute__((always_inline)) {
       const Floats3 x = load3(b, kPositionAt, i);
       const Mask near = lanes.may_meet(x, x + load3(b, kVelocityAt, i) * dt);
       if (any(near)) bounce_near(shape, rebound, b, dt, i, near);  // rarely
+    };
+    if constexpr (requires { lanes.clear(); }) {
+      const auto clear = lanes.clear();
+      const auto near = [&](std::size_t i) __attribute__((always_inline)) {
+        return clear.may_meet(load3(b, kPositionAt, i), load3(b, kVelocityAt, i), dt);
+      };
+      where_any(b.count, near, test);
+    } else {
+      for (std::size_t i = 0; i < b.count; i += kLanes) test(i);
     }
   }
 }

@@ -4,30 +4,26 @@ import numpy as np
 
 import motes
 from motes.expressions import column
-from motes.shapes import Box, Cylinder, Plane, Sphere
+from motes.shapes import Box, Cylinder, Plane, Sphere, Union
 
 args = motes.script.options(__doc__, space="-12,12", systems=2, particles=9000, frames=144, size="960x540")
 
 rng = np.random.default_rng(2)
 ground, heart = Plane((0, 0, 0), (0, 1, 0)), (0, 1.2, 0)
-walls = [Box((-13, 0, -9), (-7.5, 5, -8)), Box((6.5, 0, -10), (14, 3.4, -9))]
-walls += [Box((-7.5, 0, -9), (6.5, 1.4, -8.4))]
+walls = Box((-13, 0, -9), (-7.5, 5, -8)) | Box((6.5, 0, -10), (14, 3.4, -9))
 dirt = rng.integers(130, 255, (64, 64, 1)).repeat(3, 2).astype(np.uint8)
 solids = [motes.Solid(ground, (0.2, 0.15, 0.1), image=dirt, scale=6)]
-solids += [motes.Solid(wall, (0.3, 0.2, 0.14), image=dirt, scale=4) for wall in walls]
-for x, z in ((-5.5, -2.5), (-4.6, -3.2), (5.2, -3), (6.6, 1.2)):
-    solids += [motes.Solid(Cylinder((x, 0, z), (x, 1.4, z), 0.5), (0.3, 0.06, 0.03), roughness=0.4)]
+solids += [motes.Solid(walls, (0.3, 0.2, 0.14), image=dirt, scale=4)]
+drums = [Cylinder((x, 0, z), (x, 1.4, z), 0.5) for x, z in ((-5.5, -2.5), (-4.6, -3.2), (6.6, 1.2))]
+solids += [motes.Solid(Union(*drums), (0.3, 0.06, 0.03), roughness=0.4)]
 renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((0, 2.4, 25), (0, 6.3, 0), fov_deg=42),
     background=motes.Gradient((0.3, 0.2, 0.16), (0.04, 0.07, 0.18), (0.1, 0.08, 0.06)),
-    fog=((0.26, 0.18, 0.15), 150),
     objects=solids,
     sun=(-0.75, 0.4, 0.4),
     sun_color=(1, 0.85, 0.7),
     sun_power=1.3,
-    sun_size=1,
-    occlusion=1,
     exposure=1.3,
     shutter=0.5,
     bloom=0.15,
@@ -61,9 +57,8 @@ for i in range(args.systems):
 sparks = world.system("sparks", sprite=motes.Sprite(pixels=None))
 sparks.configure(velocity=Sphere((0, 8, 0), 26), lifetime=motes.Uniform(0.4, 2.2), size=0.07)
 debris = world.system("debris", sprite=motes.Sprite("sphere", None, "opaque", lit=True, shadow=1))
-debris.configure(velocity=Sphere((0, 11, 0), 12), color=(0.06, 0.05, 0.05), size=motes.Uniform(0.08, 0.35))
-puff = motes.Sprite("image", None, "alpha", image=billows, softness=0.3, lit=True, shadow=0.5)
-trails = world.system("trails", sprite=puff)
+debris.configure(velocity=Sphere((0, 11, 0), 12), color="#3c3836", size=motes.Uniform(0.08, 0.35), lifetime=5)
+trails = world.system("trails", sprite=motes.Sprite(pixels=None, blend="alpha", lit=True, shadow=0.5))
 trails.configure(lifetime=motes.Uniform(0.8, 2), velocity=Sphere((0, 0.5, 0), 0.5), color=(0.4, 0.35, 0.3))
 
 every, fuse = 144, 6  # frames
@@ -78,8 +73,7 @@ with world, motes.Movie(f"{args.out}/explosion.mp4") as movie:
         flash = 500 * max(0, 1 - age / 1.6) ** 2 if age >= 0 else 0
         renderer.lights = [motes.Light((0, 2.5 + 3 * max(age, 0), 0), (1, 0.45, 0.12), flash, radius=1.5)]
         for i, gas in enumerate(gases):
-            # Air slows the gas down, and lifts it while it is hot.
-            gas.wind((0.4, 2 + 1.6 * (i // 2), 0), drag=2.6)
+            gas.wind((0.4, 2 + 1.6 * (i // 2), 0), drag=2.6)  # hot gas rises
             gas.curl_noise(18, scale=2.6, octaves=4, speed=0.5)
             gas.bounce(ground, restitution=0.1, friction=0.1)
         for cloud in gases[::2]:
@@ -87,20 +81,19 @@ with world, motes.Movie(f"{args.out}/explosion.mp4") as movie:
             cloud.size_over_life([(0, 0.6), (0.1, 1.3), (1, 3.6)])
         for flame in gases[1::2]:
             flame.color_over_life(
-                [(0, (9, 6, 2.4)), (0.15, (7, 2.4, 0.4)), (0.5, (4, 0.6, 0.05)), (1, (0.8, 0.05, 0))]
+                [(0, (9, 6, 2.4)), (0.15, (7, 2.4, 0.4)), (0.5, (4, 0.6, 0)), (1, (1, 0, 0))]
             )
             flame.alpha_over_life([(0, 0.08), (0.3, 0.07), (1, 0)])
             flame.size_over_life([(0, 0.6), (0.3, 1.3), (1, 1.8)])
         debris.trail(trails, every=world.dt, where=column("age") < 1.6)
-        trails.size_over_life([(0, 0.3), (1, 1.5)])
-        trails.alpha_over_life([(0, 0.7), (0.4, 0.35), (1, 0)])
+        trails.size_over_life([(0, 0.12), (1, 0.9)])
+        trails.alpha_over_life([(0, 0.5), (0.4, 0.22), (1, 0)])
         sparks.wind((0, 0, 0), drag=1.1)
         sparks.color_over_life([(0, (4, 2, 0.7)), (0.5, (2, 0.6, 0.08)), (1, (0.3, 0.03, 0))])
         for system in (sparks, debris):
             system.gravity((0, -9.81, 0))
             system.bounce(ground, restitution=0.35, friction=0.35)
         for system in (*gases, sparks, trails, debris):
-            if system is not debris:
-                system.kill_expired()
+            system.kill_expired()
             system.move()
         motes.script.end_frame(world, movie, args)

@@ -35,13 +35,13 @@ tiles = np.where((np.mgrid[:64, :64] % 16 == 0).any(0), 110, 255)[:, :, None].re
 
 solids = [motes.Solid(Plane((0, -0.5, 0), (0, 1, 0)), (0.3, 0.3, 0.32), image=tiles, scale=2.4)]
 solids += [motes.Solid(rim, (0.4, 0.38, 0.36), roughness=0.4)]
-solids += [motes.Solid(ball, (0.5, 0.47, 0.44), roughness=0.25) for ball in balls]
+solids += [motes.Solid(ball, (0.3, 0.28, 0.26), roughness=0.25) for ball in balls]
 renderer = motes.Renderer(
     *args.size,
-    camera=motes.Camera((-14.5, 1.9, 18.5), (-1.9, 3.9, 0), fov_deg=35),
+    camera=motes.Camera((-14.5, 5.2, 18.5), (-1.6, 2.9, 0), fov_deg=35),
     background=motes.Gradient((0.012, 0.016, 0.035), (0.001, 0.002, 0.006), (0.002, 0.002, 0.003)),
     objects=solids,
-    lights=[motes.Light(at + (0, 0.2, 0.9), c, 1.6) for at, c in zip(nozzles, colors, strict=True)],
+    lights=[motes.Light(at + (0, 0.2, 0.9), c, 3) for at, c in zip(nozzles, colors, strict=True)],
     sun=(0, 0, 0),
     occlusion=1,
     bloom=0.1,

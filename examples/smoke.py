@@ -17,17 +17,17 @@ colors = [(0.92, 0.06, 0.24), (0.95, 0.4, 0.04), (0.05, 0.36, 0.92)]
 stone = np.random.default_rng(1).integers(190, 255, (64, 64, 1)).repeat(3, 2).astype(np.uint8)
 
 solids = [motes.Solid(ground, (0.16, 0.15, 0.15), image=stone, scale=2, roughness=0.5)]
-solids += [motes.Solid(ball, (0.02, 0.02, 0.025), roughness=0.12)]
+solids += [motes.Solid(ball, (0.5, 0.5, 0.52), roughness=0.15)]
 solids += [motes.Solid(pot, (0.6, 0.34, 0.13), roughness=0.3, metal=1) for pot in pots]
 renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((-0.4, 1.15, 6.4), (0.05, 1.62, 0), fov_deg=32),
-    background=motes.Gradient((0.14, 0.15, 0.18), (0.03, 0.035, 0.05), (0.05, 0.05, 0.05)),
+    background=motes.Gradient((0.05, 0.055, 0.075), (0.01, 0.012, 0.02), (0.03, 0.03, 0.03)),
     objects=solids,
     lights=[motes.Light((2.6, 3.2, -3), (0.75, 0.85, 1), power=9, radius=0.3)],  # an edge from behind
     sun=(-0.8, 0.75, 0.55),
     sun_color=(1, 0.9, 0.76),
-    sun_power=1.5,
+    sun_power=2,
     sun_size=3,
     occlusion=1,
     exposure=1.3,
@@ -47,10 +47,10 @@ with world, motes.Movie(f"{args.out}/smoke.mp4") as movie:
         for smoke, mouth in plumes:
             smoke.source(mouth, rate=args.particles / 4.5, jitter=True)
             smoke.wind((0, 0.75, 0), drag=1.1)  # warm air carries it up
-            smoke.curl_noise(1.7, scale=0.6, octaves=4, speed=0.2)
+            smoke.curl_noise(1.35, scale=0.6, octaves=4, speed=0.2)
             smoke.bounce(ball, restitution=0.1)
-            smoke.alpha_over_life([(0, 0), (0.03, 0.5), (0.4, 0.22), (1, 0)])
-            smoke.size_over_life([(0, 0.04), (0.3, 0.1), (1, 0.3)])
+            smoke.alpha_over_life([(0, 0), (0.03, 0.35), (0.4, 0.16), (1, 0)])
+            smoke.size_over_life([(0, 0.05), (0.3, 0.11), (1, 0.32)])
             smoke.kill_expired()
             smoke.move()
         motes.script.end_frame(world, movie, args)

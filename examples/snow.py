@@ -26,7 +26,7 @@ for tree in range(44):
     firs += [Cone((x, high * top, z), (x, high * (top - 0.45), z), high * wide) for top, wide in TIERS]
 
 # Colours are linear light, not sRGB. The panes glow, and a lamp before them lights the snow.
-white, timber = (0.55, 0.62, 0.75), (0.12, 0.07, 0.045)
+white, timber = (0.66, 0.72, 0.82), (0.12, 0.07, 0.045)
 solids = [motes.Solid(shape, white) for shape in (ground, *slopes, *snowman)]
 solids += [motes.Solid(shape, timber) for shape in (walls, chimney, *gables)]
 solids += [motes.Solid(Union(*firs), (0.09, 0.13, 0.14)), motes.Solid(nose, (0.8, 0.25, 0.04))]

@@ -29,13 +29,11 @@ renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((3, 1.7, 27), (1.5, 8, 0), fov_deg=44),
     background=motes.Gradient((0.5, 0.42, 0.3), (0.06, 0.08, 0.1), (0.1, 0.08, 0.05)),
-    fog=((0.33, 0.29, 0.23), 160),
+    fog=((0.4, 0.34, 0.25), 300),
     objects=solids,
     sun=(-0.85, 0.3, 0.45),  # the sun shines in below the cloud
     sun_color=(1, 0.84, 0.6),
     sun_power=1.2,
-    sun_size=1,
-    occlusion=1,
     exposure=1.1,
     shutter=0.4,
 )
@@ -54,19 +52,19 @@ def billow(pixels=64):
     return (np.dstack([light, light, light, cover]).clip(0, 1) * 255).astype(np.uint8)
 
 
-puff = motes.Sprite(
-    "image", None, "alpha", image=[billow() for _ in range(6)], softness=0.6, lit=True, shadow=0.35
-)
+billows = [billow() for _ in range(6)]
+puff = motes.Sprite("image", None, "alpha", image=billows, softness=0.6, lit=True, shadow=0.35)
 cloud = world.system("cloud", sprite=puff)
-cloud.configure(color=(0.5, 0.52, 0.56), alpha=0.5, size=motes.Uniform(4, 9), up=Sphere((0, 0, 0), 1))
+cloud.configure(color=(0.3, 0.31, 0.34), alpha=0.6, size=motes.Uniform(4, 9), up=Sphere((0, 0, 0), 1))
 debris = world.system("debris", sprite=motes.Sprite("sphere", None, "opaque", lit=True, shadow=1))
 debris.configure(mass=motes.Uniform(1, 3), lifetime=motes.Uniform(3, 6), size=motes.Uniform(0.05, 0.22))
 debris.configure(color=(0.16, 0.1, 0.06))
 funnel = [world.system(f"funnel {i}", sprite=puff) for i in range(args.systems)]
 for i, dust in enumerate(funnel):
-    dust.configure(mass=motes.Uniform(0.9, 1.6), lifetime=motes.Uniform(1.5, 4), up=Sphere((0, 0, 0), 1))
-    dust.configure(color=((0.5, 0.38, 0.24), (0.42, 0.36, 0.3), (0.4, 0.4, 0.41))[i % 3])
+    dust.configure(mass=motes.Uniform(0.9, 1.3), lifetime=motes.Uniform(1, 3.5), up=Sphere((0, 0, 0), 1))
+    dust.configure(color=((0.3, 0.28, 0.27), (0.32, 0.27, 0.22), (0.4, 0.29, 0.18))[i % 3])
 
+speeds = {"in_speed": 30, "up_speed": 330, "around_speed": 500}
 with world, motes.Movie(f"{args.out}/tornado.mp4") as movie:
     for frame in world.frames(args.frames):
         # The foot moves along a curve, and the funnel leans in its direction. Round: sines differ in their
@@ -79,26 +77,16 @@ with world, motes.Movie(f"{args.out}/tornado.mp4") as movie:
                 deck = Cylinder((0, 19 + r / 12, -14), (0, 20 + r / 7, -14), r, r - 4)
                 cloud.burst(deck, count=args.particles * r // 4000)
         for i, system in enumerate([*funnel, debris]):
-            wide = 1.6 if i < 3 else 2.5
-            system.source(
-                Sphere((x, 0.3, z), wide), 150 if system is debris else args.particles / 3, jitter=True
-            )
+            rate = 150 if system is debris else args.particles / 3
+            system.source(Sphere((x, 0.3, z), 0.8 + 0.5 * i), rate=rate, jitter=True)
             system.gravity((0, -1, 0))
-            system.vortex(
-                (x, -4, z),
-                (lean, 24, 0),
-                tightness=2.2,
-                max_radius=9,
-                in_speed=30,
-                up_speed=330,
-                around_speed=500,
-            )
-            system.curl_noise(25, scale=2, octaves=3, speed=1)
+            system.vortex((x, -4, z), (lean, 24, 0), 1.6, max_radius=7, **speeds)
+            system.curl_noise(12, scale=2, octaves=3, speed=1)
             system.bounce(ground, restitution=0.2)
             system.kill_expired()
         for dust in funnel:
             dust.alpha_over_life([(0, 0), (0.1, 0.3), (0.6, 0.22), (1, 0)])
-            dust.size_over_life([(0, 0.8), (1, 3.2)])
+            dust.set(size=0.5 + 0.14 * column("position").y)
         cloud.set(velocity=column("position").z * (0.08, 0, 0) - column("position").x * (0, 0, 0.08))  # turns
         for system in (*funnel, debris, cloud):
             system.move()

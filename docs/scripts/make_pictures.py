@@ -186,7 +186,7 @@ def shadows(*, shadow: float = 1, occlusion: float = 0) -> motes.Frame:
     """Render leaves that hang over a heap of balls beside a block, in sunlight."""
     ground = motes.Solid(Plane((0, 0, 0), (0, 1, 0)), (0.6, 0.58, 0.54))
     block = motes.Solid(Box((-1.7, 0, -0.9), (-0.7, 0.9, 0)), (0.55, 0.5, 0.42))
-    camera = motes.Camera((1.6, 1.9, 4.6), (0, 0.5, 0), fov_deg=29)
+    camera = motes.Camera((1.8, 1.9, 4.6), (0.25, 0.45, 0.1), fov_deg=25)
     renderer = motes.Renderer(
         *SIZE,
         camera=camera,

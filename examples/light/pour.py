@@ -33,7 +33,7 @@ solids = [
 renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((0.02, 0.12, 0.3), (0, 0.062, 0), fov_deg=32),
-    background=motes.Gradient((0.8, 0.78, 0.74), (0.35, 0.45, 0.6), (0.2, 0.15, 0.1)),
+    background=motes.Gradient((0.5, 0.46, 0.42), (0.22, 0.28, 0.38), (0.16, 0.12, 0.08)),
     objects=solids,
     sun=(-0.6, 0.7, -0.35),
     sun_color=(1, 0.9, 0.75),
@@ -42,13 +42,13 @@ renderer = motes.Renderer(
 )
 world = motes.World(**args.world, dt=1 / 96, substeps=12, renderer=renderer)
 water = world.system("water", sprite=motes.Sprite("surface", radius=0.8 * spacing))
-water.configure(mass=1000 * spacing**3, color=(0.75, 0.92, 0.96), alpha=0.02, velocity=(0, -0.7, 0))
+water.configure(mass=1000 * spacing**3, color=(0.86, 0.95, 0.97), alpha=0.02, velocity=(0, -0.7, 0))
+mouth, pouring = Disc((0.008, 0.13, 0.004), (0, 1, 0), 0.007), 2  # s
 
 with world, motes.Movie(f"{args.out}/pour.mp4") as movie:
-    for frame in world.frames(args.frames):
-        if frame < 0.8 * args.frames:
-            rate = args.particles / (0.8 * args.frames * world.dt)
-            water.source(Disc((0.008, 0.13, 0.004), (0, 1, 0), 0.007), rate=rate, jitter=True)
+    for _ in world.frames(args.frames):
+        if world.time < pouring:
+            water.source(mouth, rate=args.particles / pouring, jitter=True)
         water.gravity((0, -9.81, 0))
         water.fluid(radius=2 * spacing, rest_density=1000, cohesion=2)
         water.bounce(inside, restitution=0, friction=0)

@@ -45,7 +45,7 @@ ONE_SHOT += ("launch", "letters", "pour", "focus", "winter")
 STILL = {
     **{"explosion": 27, "two_suns": 100, "galaxy": 110, "dam": 44, "heap": 110, "portal": 60, "photo": 60},
     **{"flag": 40, "smoke": 90, "flamethrower": 48, "confetti": 80, "autumn": 100, "ribbons": 60},
-    **{"launch": 84, "letters": 36, "waterfall": 72, "tornado": 72, "hail": 48, "winter": 150, "pour": 120},
+    **{"launch": 84, "letters": 36, "waterfall": 72, "tornado": 72, "hail": 48, "winter": 110, "pour": 120},
     **{"focus": 44, "snow": 40, "fountain": 40},
 }
 """The frame of the still, if not the middle of the loop."""

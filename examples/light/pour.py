@@ -32,17 +32,18 @@ solids = [
 ]
 renderer = motes.Renderer(
     *args.size,
-    camera=motes.Camera((0.02, 0.12, 0.3), (0, 0.062, 0), fov_deg=32),
-    background=motes.Gradient((0.5, 0.46, 0.42), (0.22, 0.28, 0.38), (0.16, 0.12, 0.08)),
+    camera=motes.Camera((0.016, 0.11, 0.24), (0.008, 0.06, 0), fov_deg=32),
+    background=motes.Gradient((0.66, 0.64, 0.6), (0.3, 0.4, 0.55), (0.18, 0.14, 0.1)),
     objects=solids,
     sun=(-0.6, 0.7, -0.35),
     sun_color=(1, 0.9, 0.75),
     sun_size=2,
     occlusion=1,
+    exposure=1.15,
 )
 world = motes.World(**args.world, dt=1 / 96, substeps=12, renderer=renderer)
 water = world.system("water", sprite=motes.Sprite("surface", radius=0.8 * spacing))
-water.configure(mass=1000 * spacing**3, color=(0.86, 0.95, 0.97), alpha=0.02, velocity=(0, -0.7, 0))
+water.configure(mass=1000 * spacing**3, color=(0.35, 0.75, 0.85), alpha=0.06, velocity=(0, -0.7, 0))
 mouth, pouring = Disc((0.008, 0.13, 0.004), (0, 1, 0), 0.007), 2  # s
 
 with world, motes.Movie(f"{args.out}/pour.mp4") as movie:

@@ -6,7 +6,7 @@ import motes
 from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Rectangle, Sphere, Triangle, Union
 
-args = motes.script.options(__doc__, space="-5,5", systems=2, particles=60_000, frames=240, size="960x540")
+args = motes.script.options(__doc__, space="-5,5", systems=2, particles=60_000, frames=180, size="960x540")
 rng = np.random.default_rng(8)
 
 
@@ -52,7 +52,7 @@ renderer = motes.Renderer(
     sun=(-0.6, 0.7, 0.35),
     sun_color=(0.75, 0.85, 1),
     sun_power=0.45,
-    occlusion=1,
+    occlusion=0.6,
     shutter=0.4,
     bloom=0.1,
 )
@@ -60,10 +60,10 @@ world = motes.World(**args.world, renderer=renderer)
 
 falls = []
 for i in range(args.systems):
-    flake = motes.Sprite("sphere", None, "opaque", lit=True, shadow=1)
+    flake = motes.Sprite("sphere", None, "opaque", lit=True)
     snow = world.system(f"snow {i}", capacity=args.particles, sprite=flake)
     snow.configure(
-        color=(0.86, 0.9, 0.96), size=motes.Uniform(0.025, 0.035), velocity=Sphere((0.25, -1.3, 0), 0.2)
+        color=(0.95, 0.96, 0.98), size=motes.Uniform(0.012, 0.024), velocity=Sphere((0.25, -1.3, 0), 0.2)
     )
     falls.append(snow)
 
@@ -74,7 +74,7 @@ with world, motes.Movie(f"{args.out}/winter.mp4") as movie:
         for snow in falls:
             if frame == 0:
                 snow.burst(air, count=args.particles // 8)
-            snow.source(Box((-7, 5.1, -5), (5.5, 5.3, 5)), rate=args.particles / 13, jitter=True)
+            snow.source(Box((-7, 5.1, -5), (5.5, 5.3, 5)), rate=args.particles / 10, jitter=True)
             snow.gravity((0, -9.8, 0))
             snow.wind((0.25, -0.1, 0), drag=8)
             snow.curl_noise(3, scale=1, octaves=2, speed=0.3, where=flying)
@@ -82,6 +82,6 @@ with world, motes.Movie(f"{args.out}/winter.mp4") as movie:
                 [ground, walls, *slopes, logs, fence, tree, *sills], restitution=0, friction=1, hits=True
             )
             snow.rest(0.5)
-            snow.set(size=column("size") + 0.02 * world.dt, where=~flying & (column("size").x < 0.09))
+            snow.set(size=column("size") + 0.06 * world.dt, where=~flying & (column("size").x < 0.1))
             snow.move()
         motes.script.end_frame(world, movie, args)

@@ -29,6 +29,7 @@ __all__ = [
         "brotli",
         "otf2",
         "usd",
+        "usd_stages",
         "usd_writer",
         "websockets",
     ),
@@ -129,6 +130,13 @@ def usd(need: str) -> Any:
     for part in ("Sdf", "Tf", "Vt"):
         _import(f"pxr.{part}", need, "usd", package="usd-core")
     return importlib.import_module("pxr")
+
+
+def usd_stages(need: str) -> Any:
+    """Import the parts of USD that read stages. Raises MissingExtraError if it is not installed."""
+    for part in ("Ar", "Gf", "Usd", "UsdGeom", "UsdShade", "UsdSkel"):
+        _import(f"pxr.{part}", need, "usd", package="usd-core")
+    return usd_writer(need)
 
 
 def usd_writer(need: str) -> Any:

@@ -203,8 +203,9 @@ def test_instances_show_the_picture_that_the_film_shows(tmp_path, pick):
     at = np.floor(shot.pixels(shot.get(prim, "positions"))).astype(int)
     seen = pixels[at[:, 1], at[:, 0]].astype(int)
     shown = shot.get(prim, "protoIndices")
-    clear = seen.max(axis=1) > 250 if pick != "age" else np.sort(seen, axis=1)[:, 2] > 200
-    assert clear.sum() > 30 and len(set(shown.tolist())) == 3
+    _, middle, brightest = np.sort(seen, axis=1).T
+    clear = brightest > middle + 30  # two pictures are not blended half and half there
+    assert clear.sum() > 20 and len(set(shown[clear].tolist())) == 3
     assert (seen.argmax(axis=1) == shown)[clear].all()
 
 

@@ -1,4 +1,4 @@
-"""Reads mesh files, .obj, .ply, .stl and .glb: triangles, normals, texture coordinates, colours, materials.
+"""Reads mesh files, .obj, .ply, .stl, .glb and .usd: triangles, normals, places in pictures, colours, looks.
 
 Each module reads one format; `polygons` cuts faces into triangles. A module returns the whole surface
 of a file, or raises `Unreadable`, which names what it cannot read.
@@ -15,19 +15,24 @@ from .surfaces import Surface, sane
 
 __all__ = ["SUFFIXES", "Unreadable", "read"]
 
-SUFFIXES = (".obj", ".ply", ".stl", ".glb")
+MOVING = (".glb", ".usd", ".usda", ".usdc", ".usdz")
+"""Suffixes of files that hold movements."""
+SUFFIXES = (".obj", ".ply", ".stl", *MOVING)
 """Suffixes of mesh files; each names its module, which is loaded for the first file of the format."""
 
 
-def read(path: Path) -> Surface:
+def read(path: Path, time: float | None = None) -> Surface:
     """Return the surface, with vertices and triangles in the order of the file.
+
+    `time`: of a file that holds movements, s; None: as it is without them.
 
     Raises Unreadable with the reason; OSError if the file cannot be opened; MissingExtraError.
     """
-    content = path.read_bytes()
+    content, suffix = path.read_bytes(), path.suffix.lower()
     try:
-        format_ = importlib.import_module(path.suffix.lower(), __name__)  # ".obj": the module beside this one
-        surface: Surface = format_.read(path, content)
+        # ".obj": the module beside this one
+        format_ = importlib.import_module(suffix[:4], __name__)
+        surface: Surface = format_.read(path, content, *(() if time is None else (time,)))
     except (Unreadable, ImportError, OSError):
         raise
     except Exception as error:  # any: a damaged file can fail anywhere

@@ -1,6 +1,6 @@
 """Reads glTF 2.0 in one file, .glb: the triangles of its scene, posed by nodes, morph targets and skins.
 
-Animations, lines and points are ignored.
+Animations pose the nodes only where a time is given. Lines and points are ignored.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from .. import _extras
 from .._values.rotations import matrix_of
 from .accessors import Accessors
 from .gltf_materials import Materials
+from .gltf_motion import Motion
 from .polygons import Floats, Indices, Unreadable, fan, strip
-from .surfaces import Surface
+from .surfaces import Surface, moved
 
-__all__ = ["read"]
+__all__ = ["Scene", "chunks", "read"]
 
 DRACO = "KHR_draco_mesh_compression"
 INSTANCING = "EXT_mesh_gpu_instancing"
@@ -30,17 +31,20 @@ _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
-def read(path: Path, content: bytes) -> Surface:
-    """Return the surface of a file. Raises Unreadable."""
-    document, binary = _chunks(content)
+def read(path: Path, content: bytes, time: float | None = None) -> Surface:
+    """Return the surface of a file, with `time` as animated then, s. Raises Unreadable."""
+    document, binary = chunks(content)
     unread = [one for one in document.get("extensionsRequired", ()) if one not in READ]
     if unread:
         raise Unreadable(f"it requires {', '.join(map(str, unread))}, which is not supported")
     accessors = Accessors(path, document, binary)
-    return _Scene(document, accessors, Materials(document, accessors)).surface()
+    if time is not None:
+        document = Motion(document, accessors).posed(time)
+    return Scene(document, accessors, Materials(document, accessors)).surface()
 
 
-def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
+def chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return the document of a file, and the bytes of its first buffer."""
     if content[:4] != b"glTF" or len(content) < 12:
         raise Unreadable("it does not begin like a .glb file")
     version, length = (int.from_bytes(content[at : at + 4], "little") for at in (4, 8))
@@ -60,17 +64,24 @@ def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
     return document, chunks.get(_BINARY, b"")
 
 
-class _Scene:
+class Scene:
     """Joins the meshes of the default scene."""
 
     def __init__(self, document: dict[str, Any], accessors: Accessors, materials: Materials) -> None:
+        """Take the document and what reads its numbers."""
         self._document = document
         self._materials = materials
         self._accessors = accessors
         self._nodes: list[dict[str, Any]] = document.get("nodes", [])
         self._globals: dict[int, Floats] = {}
 
+    def places(self, key: str) -> list[tuple[int, Floats]]:
+        """Return what nodes that are seen have under a key, and their matrices."""
+        self._place_nodes()
+        return [(self._nodes[n][key], self._globals[n]) for n in self._visible() if key in self._nodes[n]]
+
     def surface(self) -> Surface:
+        """Return all triangles as one surface."""
         parts: list[Surface] = []
         of_parts: list[int] = []
         for part, material in self._parts():
@@ -98,7 +109,7 @@ class _Scene:
                     yield self._skinned(part, primitive["attributes"], node["skin"]), material
                     continue
                 for place in self._places(number):
-                    yield _moved(part, place), material
+                    yield moved(part, place), material
 
     # --- nodes
 
@@ -258,26 +269,6 @@ class _Scene:
         if not (total > 0).all():
             raise Unreadable("its skin has vertices without weights")
         return part._replace(vertices=moved / total[:, None], normals=None if normals is None else along)
-
-
-def _moved(part: Surface, place: Floats) -> Surface:
-    """Return a part at a place, a matrix of shape (4, 4)."""
-    turn = place[:3, :3]
-    mirrors = np.linalg.det(turn) < 0
-    normals = part.normals
-    if normals is not None:
-        # The matrix of cofactors keeps normals perpendicular, also where the place squeezes the part.
-        cofactors = np.stack(
-            [np.cross(turn[1], turn[2]), np.cross(turn[2], turn[0]), np.cross(turn[0], turn[1])]
-        )
-        normals = normals @ cofactors.T * (-1 if mirrors else 1)
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = normals / np.where(lengths > 0, lengths, 1)
-    return part._replace(
-        vertices=part.vertices @ turn.T + place[:3, 3],
-        triangles=part.triangles[:, ::-1] if mirrors else part.triangles,  # mirroring reverses the winding
-        normals=normals,
-    )
 
 
 def _rows_of(mesh: Any, number: int) -> NDArray[Any]:

@@ -20,7 +20,7 @@ from .accessors import Accessors
 from .polygons import Unreadable
 from .surfaces import Surface, joined
 
-__all__ = ["Materials"]
+__all__ = ["MOST_SIDE", "Materials", "with_materials"]
 
 MOST_SIDE = 8192
 
@@ -43,14 +43,7 @@ class Materials:
         """Return parts as one surface with one material; `numbers`: of their materials, -1: none."""
         if not set(numbers) - {-1}:
             return joined(parts)
-        if len(set(numbers)) == 1:
-            return joined(parts)._replace(material=self._material(numbers[0]))
-        tinted = [self._tinted(part, number) for part, number in zip(parts, numbers, strict=True)]
-        triangles = {number: 0 for number in numbers}
-        for part, number in zip(parts, numbers, strict=True):
-            triangles[number] += len(part.triangles)
-        most = self._material(max(triangles, key=triangles.__getitem__))
-        return joined(tinted)._replace(material=Material((1, 1, 1), most.roughness, most.metal))
+        return with_materials(parts, [self._material(number) for number in numbers])
 
     def _facts(self, number: int) -> dict[str, Any]:
         if number < 0:
@@ -71,15 +64,6 @@ class Materials:
             )
         return self._known[number]
 
-    def _tinted(self, part: Surface, number: int) -> Surface:
-        """Return a part with the base colour of its material as colours of vertices."""
-        material = self._material(number)
-        colors = np.ones((len(part.vertices), 3)) if part.colors is None else part.colors
-        colors = colors * np.array(material.color)
-        if material.image is not None and part.uv is not None:
-            colors = colors * interpolated(material.image, part.uv, lambda pixels: pixels.astype(np.float64))
-        return part._replace(colors=colors)
-
     def _picture(self, texture: dict[str, Any] | None) -> NDArray[np.uint8] | None:
         if texture is None:
             return None
@@ -96,3 +80,27 @@ class Materials:
         except ArgumentError as error:
             raise Unreadable(f"image {source} cannot be read ({error})") from None
         return pixels[:, :, :3]
+
+
+def with_materials(parts: Sequence[Surface], materials: Sequence[Material | None]) -> Surface:
+    """Return parts as one surface with one material."""
+    different = set(materials)
+    if len(different) <= 1:
+        return joined(parts)._replace(material=next(iter(different), None))
+    plain = Material()
+    looks = [plain if one is None else one for one in materials]
+    triangles = dict.fromkeys(looks, 0)
+    for part, look in zip(parts, looks, strict=True):
+        triangles[look] += len(part.triangles)
+    most = max(triangles, key=triangles.__getitem__)
+    tinted = [_tinted(part, look) for part, look in zip(parts, looks, strict=True)]
+    return joined(tinted)._replace(material=Material((1, 1, 1), most.roughness, most.metal))
+
+
+def _tinted(part: Surface, material: Material) -> Surface:
+    """Return a part with the base colour of its material as colours of vertices."""
+    colors = np.ones((len(part.vertices), 3)) if part.colors is None else part.colors
+    colors = colors * np.array(material.color)
+    if material.image is not None and part.uv is not None:
+        colors = colors * interpolated(material.image, part.uv, lambda pixels: pixels.astype(np.float64))
+    return part._replace(colors=colors)

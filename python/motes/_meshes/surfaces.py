@@ -12,7 +12,7 @@ from .._values.colors import LINEAR
 from .._values.materials import Material
 from .polygons import Floats, Indices
 
-__all__ = ["Surface", "joined", "linear_of", "sane"]
+__all__ = ["Surface", "joined", "linear_of", "moved", "sane"]
 
 MOST = 1e6
 
@@ -49,6 +49,26 @@ def linear_of(encoded: NDArray[Any]) -> Floats:
     """Return sRGB in 0..1 as linear RGB, to 8 bits."""
     linear: Floats = np.array(LINEAR)[np.rint(encoded.clip(0, 1) * 255).astype(np.int64)]
     return linear
+
+
+def moved(part: Surface, place: Floats) -> Surface:
+    """Return a part at a place, a matrix of shape (4, 4)."""
+    turn = place[:3, :3]
+    mirrors = np.linalg.det(turn) < 0
+    normals = part.normals
+    if normals is not None:
+        # The matrix of cofactors keeps normals perpendicular, also where the place squeezes the part.
+        cofactors = np.stack(
+            [np.cross(turn[1], turn[2]), np.cross(turn[2], turn[0]), np.cross(turn[0], turn[1])]
+        )
+        normals = normals @ cofactors.T * (-1 if mirrors else 1)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals / np.where(lengths > 0, lengths, 1)
+    return part._replace(
+        vertices=part.vertices @ turn.T + place[:3, 3],
+        triangles=part.triangles[:, ::-1] if mirrors else part.triangles,  # mirroring reverses the winding
+        normals=normals,
+    )
 
 
 def joined(parts: Sequence[Surface]) -> Surface:

@@ -98,6 +98,26 @@ class Camera(Settings):
             self._set_in(view := _core.View(1, 1), time)
             view.check()
 
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Camera:
+        """Read the first camera of a .glb or .usd file (also .usda, .usdc, .usdz; extra [usd]).
+
+        Where it moves or zooms, the attributes are curves, in seconds after the file's start. A .usd also
+        says `focus` and `aperture`; its units become metres, and its upward axis y.
+
+        Args:
+            path: path of the file.
+
+        Returns:
+            The camera; its attributes may be changed.
+
+        Raises:
+            ArgumentError: if the file has no camera with perspective, or cannot be read; names the reason.
+        """
+        from .camera_files import read_camera
+
+        return cls(**read_camera(path))
+
     def _set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
         """Set the engine's camera to the attributes at a time (s); `pose` replaces the first of them."""
         now = {name: at(self.__dict__[name], time) for name in self._checks}

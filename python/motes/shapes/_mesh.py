@@ -16,6 +16,7 @@ from .._values.materials import Material
 from .._values.values import value
 from ..errors import ArgumentError
 from . import Shape
+from ._normals import places_of, smooth_normals
 
 __all__ = ["Mesh"]
 
@@ -134,7 +135,7 @@ class Mesh(Shape):
             vertices=points, triangles=corners, **options, colors=tints, uv=at, density=births
         )
         self.__dict__.update(normals=directions, smooth=smooth, material=material)
-        shown = _smooth_normals(points, corners, _places(points)) if smooth else directions
+        shown = smooth_normals(points, corners, places_of(points)) if smooth else directions
         none = np.zeros(0)
         extras = (none if extra is None else extra for extra in (tints, births, at, shown))
         self.__dict__["_name"] = _core.keep_mesh(points, corners, *extras)
@@ -150,8 +151,9 @@ class Mesh(Shape):
         solid: bool = False,
         resolution: int = RESOLUTION,
         smooth: bool = False,
+        at: float | None = None,
     ) -> Mesh:
-        """Read a file: .obj, .ply, .stl or .glb.
+        """Read a file: .obj, .ply, .stl, .glb or .usd (also .usda, .usdc, .usdz; extra [usd]).
 
         All parts of the file become one mesh, placed as in the file. Faces with more than three corners, even
         concave ones, are triangulated. Normals, texture coordinates and colours of vertices are kept, and the
@@ -159,6 +161,7 @@ class Mesh(Shape):
         several, their base colours become colours of vertices, and roughness and metal are those of the
         material with most triangles. A vertex of an .obj is repeated where its corners have several normals
         or texture coordinates. A .glb with Draco compression needs the extra [mesh], with textures [image].
+        Of a .usd, all visible meshes and their materials are read, in metres and with y up, as it says.
 
         Args:
             path: path of the file.
@@ -166,6 +169,8 @@ class Mesh(Shape):
             solid: as in the constructor.
             resolution: as in the constructor.
             smooth: as in the constructor; the file's normals are ignored.
+            at: the time in an animated .glb or .usd, seconds after its start, with the poses and shapes that
+                nodes, bones and morph targets have then; None: as the file is without animation.
 
         Returns:
             The mesh.
@@ -181,9 +186,12 @@ class Mesh(Shape):
         scale = arguments.number("scale", scale, low=0)
         options = _options(solid, resolution)
         smooth = arguments.flag("smooth", smooth)
+        time = None if at is None else arguments.number("at", at)
+        if time is not None and file.suffix.lower() not in _meshes.MOVING:
+            raise ArgumentError("at", at, f"left out for all files but {', '.join(_meshes.MOVING)}")
         arguments.existing_file("path", path)
         try:
-            found = _meshes.read(file)
+            found = _meshes.read(file, time)
             looks = {name: getattr(found, name) for name in ("normals", "uv", "colors", "material")}
             if smooth:
                 looks["normals"] = None
@@ -281,8 +289,8 @@ class Mesh(Shape):
         flat = ~self.normals.any(axis=1)
         lengths = np.where(flat, 1, np.sqrt(np.square(self.normals, dtype=np.float64).sum(axis=1)))
         unit = np.rint(self.normals / lengths[:, None] * 1e4)  # so that rounding separates none
-        normals = _smooth_normals(
-            points, self.triangles, np.concatenate([_places(self.vertices), unit + 0.0], axis=1)
+        normals = smooth_normals(
+            points, self.triangles, np.concatenate([places_of(self.vertices), unit + 0.0], axis=1)
         )
         normals[flat] = 0
         return normals
@@ -356,27 +364,6 @@ def _again(
     mesh.__dict__["_made_from"] = origin
     mesh._place(numbers, start)
     return mesh
-
-
-def _smooth_normals(
-    points: NDArray[np.float32], corners: NDArray[np.uint32], groups: NDArray[Any]
-) -> NDArray[np.float32]:
-    """Return the mean normal at each vertex; vertices with equal rows of `groups` share it."""
-    _, at = np.unique(groups, axis=0, return_inverse=True)
-    first, second, third = (points[corners[:, k]].astype(np.float64) for k in range(3))
-    twice_areas = np.cross(second - first, third - first)
-    sums = np.zeros((at.max() + 1, 3))
-    for k in range(3):
-        np.add.at(sums, at.reshape(-1)[corners[:, k]], twice_areas)
-    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(sums / np.where(lengths > 0, lengths, 1), np.float32)[at.reshape(-1)]
-
-
-def _places(points: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return positions in cells of 1e-5 of the size: formulas and files repeat those of seams and poles."""
-    cell = max(float(np.abs(points).max()), 1e-30) * 1e-5
-    places: NDArray[np.float64] = np.rint(points / np.float64(cell)) + 0.0  # no -0
-    return places
 
 
 def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
@@ -491,4 +478,4 @@ def shown_normals(mesh: Mesh) -> NDArray[np.float32] | None:
     """Return the directions by which the vertices of a mesh are shaded, in its own axes; None: it is flat."""
     if not mesh.smooth:
         return mesh.normals
-    return _smooth_normals(mesh.vertices, mesh.triangles, _places(mesh.vertices))
+    return smooth_normals(mesh.vertices, mesh.triangles, places_of(mesh.vertices))

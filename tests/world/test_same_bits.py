@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import python
+from launching import mpirun, python
 from same_bits import EVERYTHING, alone, assert_equal, assert_same, expected, roles, table, widths
 from standing import on_ranks
 
@@ -104,6 +104,31 @@ def test_any_vector_width(width: str):
     assert_equal(
         table(on_ranks(1, EVERYTHING, json.dumps(variants), env={"MOTES_SIMD": width}).lines), variants
     )
+
+
+MIXED = """
+import os
+import runpy
+import sys
+
+rank = int(os.environ.get("PMIX_RANK") or os.environ["PMI_RANK"])
+os.environ["MOTES_SIMD"] = sys.argv.pop(1).split(",")[rank]
+runpy.run_path(sys.argv.pop(1), run_name="__main__")
+from motes import _core
+print(rank, _core.simd(), file=sys.stderr, flush=True)
+"""
+
+
+@pytest.mark.parametrize("size", [3, 5])
+def test_ranks_of_different_vector_widths(size: int):
+    """A cluster of mixed processors: the manager, the image generator and the calculators differ."""
+    if len(widths()) < 2:
+        pytest.skip("this processor has only one width")
+    chosen = [widths()[-1 - rank % len(widths())] for rank in range(size)]
+    variants = [{"roles": wish, "space": [-3, 3]} for wish in ("auto", "shared")]
+    made = mpirun(size, MIXED, ",".join(chosen), EVERYTHING, json.dumps(variants))
+    assert_equal(table(made.lines), variants)
+    assert sorted(made.err.splitlines()) == [f"{rank} {name}" for rank, name in enumerate(chosen)], made.text
 
 
 def test_another_processor_by_the_c_library():

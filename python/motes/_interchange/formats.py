@@ -84,7 +84,7 @@ def place_of(argument: str, path: Path) -> Place:
     meant = [format.index or "a directory" for format in FORMATS.values() if suffix in format.mistaken]
     hint = f"did you mean {meant[0]}?" if meant else ""
     if suffix == ".vdb":
-        hint = "no library for .vdb is on PyPI: export particles to .usd; other programs make volumes of points"
+        hint = "no library for .vdb installs from PyPI: export to .usd, of which others make volumes"
     raise ArgumentError(argument, str(path), ALLOWED, hint=hint)
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import random
 import shutil
+import time
 from pathlib import Path
 from typing import Any
 
@@ -243,3 +245,23 @@ def test_pieces_of_a_film_of_every_second_frame(monkeypatch: pytest.MonkeyPatch,
     with pytest.raises(ArgumentError, match="MOTES_FRAMES"):
         monkeypatch.setenv("MOTES_FRAMES", "nonsense")
         motes.Movie(tmp_path / "film.mp4")
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(500)
+def test_any_frame_of_a_long_film_comes_soon(tmp_path: Path) -> None:
+    """Ten frames on each number of ranks, from checkpoints as dense as `every="auto"` makes them."""
+    count = 160
+    options = {"OPTIONS": json.dumps({"frames": count, "every": "auto"})}
+    pictures = digests(on_ranks(2, SHOT, tmp_path, env=options, timeout=200))
+    for ranks in (1, 2, 3, 4):
+        seconds = []
+        for frame in random.Random(ranks).sample(range(count), 10):
+            start = time.monotonic()
+            result = still(tmp_path, ranks, frame, tmp_path / "still.npy", **options)
+            seconds.append(time.monotonic() - start)
+            assert result.code == 0, result.text
+            assert Frame(0, 0, np.load(tmp_path / "still.npy")).digest() == pictures[frame], frame
+        crowded = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1), ranks / (os.cpu_count() or 1))
+        print(ranks, "ranks, s:", sorted(seconds))
+        assert sorted(seconds)[5] < 2 * crowded

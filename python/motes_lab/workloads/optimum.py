@@ -93,5 +93,5 @@ def _reach(below: list[int], machines: list[tuple[float, float]], bound: float) 
         ends.append(end)
         if end == last:
             return ends + [last] * (len(machines) - len(ends)), longer
-        longer = min(longer, (below[end + 1] - start) / rate)
+        longer = min(longer, (below[end + 1] - start) / rate + other)
     return ends, longer

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import python
+from launching import mpirun, python
 from same_bits import EVERYTHING, alone, assert_equal, assert_same, expected, roles, table, widths
 from standing import on_ranks
 
@@ -96,7 +96,7 @@ def test_any_threads(size: int, threads: int):
     )
 
 
-@pytest.mark.parametrize("width", ["sse2", "avx2", "avx512"])
+@pytest.mark.parametrize("width", ["sse2", "avx2", "avx512", "neon"])
 def test_any_vector_width(width: str):
     if width not in widths():
         pytest.skip(f"this processor has no {width}")
@@ -104,6 +104,27 @@ def test_any_vector_width(width: str):
     assert_equal(
         table(on_ranks(1, EVERYTHING, json.dumps(variants), env={"MOTES_SIMD": width}).lines), variants
     )
+
+
+MIXED = """
+import os, runpy, sys
+rank = int(next(os.environ[name] for name in ("OMPI_COMM_WORLD_RANK", "PMI_RANK") if name in os.environ))
+sets = sys.argv.pop(1).split(",")
+os.environ["MOTES_SIMD"] = sets[rank % len(sets)]
+runpy.run_path(sys.argv.pop(1), run_name="__main__")
+import motes
+assert motes._core.simd() == os.environ["MOTES_SIMD"]
+"""
+
+
+@pytest.mark.parametrize("size", [3, pytest.param(5, marks=pytest.mark.slow)])
+def test_ranks_on_processors_that_differ(size: int):
+    sets = widths()
+    if len(sets) == 1:
+        pytest.skip(f"this processor has only {sets[0]}")
+    variants = [{"roles": wish, "space": [-3, 3]} for wish in ("auto", "shared")]
+    result = mpirun(size, MIXED, ",".join(sets), EVERYTHING, json.dumps(variants), timeout=120)
+    assert_equal(table(result.lines), variants)
 
 
 def test_another_processor_by_the_c_library():

@@ -1,7 +1,7 @@
 """Snow falls on a house in the blue hour: python -m motes run -n 4 examples/snow.py."""
 
 import motes
-from motes.shapes import Box, Plane, Rectangle, Sphere
+from motes.shapes import Box, Cone, Plane, Rectangle, Sphere, Triangle, Union
 
 args = motes.script.options(__doc__, space="-30,30")
 
@@ -11,30 +11,40 @@ walls = Box((-4, 0, -3), (4, 3.1, 3))
 chimney = Box((2, 4, -1.6), (2.8, 6.4, -0.8))
 slopes = [Rectangle((-4.3, 2.85, z), (8.6, 0, 0), (0, 2.75, -z)) for z in (-3.4, 3.4)]  # of the roof
 snowman = [Sphere((6, y, 4.6), radius) for y, radius in ((0.6, 0.75), (1.6, 0.5), (2.3, 0.32))]
-
-gables = []  # the walls under the roof: twenty layers, each narrower than the one below it
-for layer in range(20):
-    inset = 0.152 * layer
-    gables.append(Box((-4, 3 + layer / 8, inset - 3), (4, 3 + (layer + 1) / 8, 3 - inset)))
+gables = [Triangle((x, 3.1, -3), (x, 3.1, 3), (x, 5.55, 0)) for x in (-4, 4)]  # the walls under the roof
+nose = Cone((6.2, 2.28, 5.2), (6.1, 2.3, 4.85), 0.06)
+TIERS = ((1, 0.14), (0.78, 0.2), (0.55, 0.26))  # of a fir: heights of tips, radii, as parts of its height
 
 panes = []  # two windows of four panes each
 for x in (-2.9, -2.32, 1.8, 2.38):
     for y in (1.1, 1.73):
         panes.append(Box((x, y, 2.9), (x + 0.5, y + 0.55, 3.03)))
 
-trunks = []  # steps that share no factor with 89 and 17 scatter the trees evenly, without a pattern
+firs = []  # steps that share no factor with 89 and 17 scatter the trees evenly, without a pattern
 for tree in range(44):
-    x, z = tree * 37 % 89 - 44, -14 - tree * 23 % 17
-    trunks.append(Box((x, 0, z), (x + 0.4, 14, z + 0.4)))
+    x, z, high = tree * 37 % 89 - 44, -14 - tree * 23 % 17, 8 + tree * 7 % 6
+    firs += [Cone((x, high * top, z), (x, high * (top - 0.45), z), high * wide) for top, wide in TIERS]
 
-# Colours are linear light, not sRGB. The panes glow.
-solids = [motes.Solid(shape, color=(0.12, 0.15, 0.22)) for shape in (ground, *slopes, *snowman)]
-solids += [motes.Solid(shape, color=(0.05, 0.032, 0.028)) for shape in (walls, chimney, *gables)]
-solids += [motes.Solid(shape, color=(0.02, 0.022, 0.03)) for shape in trunks]
-solids += [motes.Solid(shape, color=(1, 0.4, 0.1), light=2.6) for shape in panes]
-
-camera = motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36)
-renderer = motes.Renderer(*args.size, camera=camera, background=(0.028, 0.045, 0.095), objects=solids)
+# Colours are linear light, not sRGB. The panes glow, and a lamp before them lights the snow.
+white, timber = (0.66, 0.72, 0.82), (0.12, 0.07, 0.045)
+solids = [motes.Solid(shape, white) for shape in (ground, *slopes, *snowman)]
+solids += [motes.Solid(shape, timber) for shape in (walls, chimney, *gables)]
+solids += [motes.Solid(Union(*firs), (0.09, 0.13, 0.14)), motes.Solid(nose, (0.8, 0.25, 0.04))]
+solids += [motes.Solid(Union(*panes), (1, 0.45, 0.12), light=2.6)]
+lamps = [motes.Light((x, 1.6, 4.2), (1, 0.5, 0.16), 2.2, radius=0.4) for x in (-2.3, 2.3)]
+renderer = motes.Renderer(
+    *args.size,
+    camera=motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36),
+    background=motes.Gradient((0.13, 0.17, 0.28), (0.02, 0.035, 0.09), (0.06, 0.08, 0.14)),
+    fog=((0.085, 0.115, 0.2), 42),
+    objects=solids,
+    lights=lamps,
+    sun=(-0.5, 0.6, 0.4),
+    sun_color=(0.35, 0.5, 1),
+    sun_power=0.25,
+    occlusion=1,
+    bloom=0.12,
+)
 world = motes.World(**args.world, renderer=renderer)
 
 # A flake falls for life - rest seconds, and then lies on the ground.

@@ -17,10 +17,9 @@
 
 namespace motes::MOTES_ISA {
 
-/// `path`: the step's displacement. Near the origin a part of it counts, up to a millimetre.
+/// `path`: the step's displacement.
 MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end, Floats3 path) {
-  const Floats least = min(largest(path) * static_cast<float>(kPathsOfSkin), all(static_cast<float>(kMostLeast)));
-  return max(max(largest(start), largest(end)), least) * 0x1p-20f;
+  return max(max(largest(start), largest(end)), largest(path) * 0.25f) * 0x1p-20f;
 }
 
 MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
@@ -54,10 +53,19 @@ template <class Lanes>
 MOTES_INLINE void bounce_exactly(const Lanes& lanes, const shapes::Shape& shape, const Rebound& rebound,
                                  const actions::Block& b, float dt) {
   if constexpr (requires(Floats3 p) { lanes.may_meet(p, p); }) {
-    for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const auto test = [&](std::size_t i) __attribute__((always_inline)) {
       const Floats3 x = load3(b, kPositionAt, i);
       const Mask near = lanes.may_meet(x, x + load3(b, kVelocityAt, i) * dt);
       if (any(near)) bounce_near(shape, rebound, b, dt, i, near);  // rarely
+    };
+    if constexpr (requires { lanes.clear(); }) {
+      const auto clear = lanes.clear();
+      const auto near = [&](std::size_t i) __attribute__((always_inline)) {
+        return clear.may_meet(load3(b, kPositionAt, i), load3(b, kVelocityAt, i), dt);
+      };
+      where_any(b.count, near, test);
+    } else {
+      for (std::size_t i = 0; i < b.count; i += kLanes) test(i);
     }
   }
 }

@@ -37,10 +37,6 @@ struct Rebound {
 /// The maximum number of hits per step, in corners and inside round walls; a particle with more stops at the last one.
 inline constexpr int kMostHits = 8;
 
-/// Near the origin, where coordinates say little about rounding, this many displacements of the step count instead, up
-/// to a millimetre.
-inline constexpr double kPathsOfSkin = 4096, kMostLeast = 1e-3;
-
 /// Returns where `move` takes particles, to the last bit.
 MOTES_INLINE Doubles3 moved(Doubles3 x, Doubles3 v, Doubles dt) { return rounded(x + rounded(v * dt)); }
 
@@ -49,8 +45,7 @@ MOTES_INLINE Doubles3 moved(Doubles3 x, Doubles3 v, Doubles dt) { return rounded
 MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubles3 from, Doubles3 to, Doubles farthest,
                                Longs among) {
   const Doubles3 at = from + (to - from) * hit.part;
-  const Doubles least = min(farthest * kPathsOfSkin, all_doubles(kMostLeast));
-  const Doubles size = max(max(max(largest(from), largest(at)), farthest * 0.25), least);
+  const Doubles size = max(max(largest(from), largest(at)), farthest * 0.25);
   Doubles3 place = from;
   double skin = 0x1p-20;
   for (int tries = 0; tries < 2 && any(among); ++tries, skin *= 0.125) {

@@ -11,8 +11,6 @@
 
 namespace motes::MOTES_ISA {
 
-MOTES_INLINE Floats largest(Floats3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
-
 /// The hits of a vector of particles in one bounce. `still`: the surface did not move at the last hit.
 struct Hits {
   Floats count;

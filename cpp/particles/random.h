@@ -29,18 +29,11 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   second = r * sine;
 }
 
-/// Returns four words for each of kLanes ids, from number `at` on: two keyed 32-bit mixes of the id (multiply and
-/// xor-shift, after C. Wellons' search for integer hashes), then each word from both, so no word is a permutation of
-/// the ids. The key hides similarities of steps, places, draws, systems and seeds; the mixes hide those of ids.
-/// docs/lab/speed.md lists the tests that it passes.
-MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::Ids& ids, std::size_t at) {
-  Uints id_a = load_uints(ids.lower + at);
-  Uints id_b = id_a;
-  if (ids.upper != nullptr) [[unlikely]] {
-    const Uints upper = load_uints(ids.upper + at);
-    id_a += upper * 0x9E3779B1u;
-    id_b += upper * 0x85EBCA6Au;  // even: (lower, upper) -> (id_a, id_b) is one to one
-  }
+/// Returns four words for each of kLanes ids, whose mixes begin with `id_a` and `id_b`: two keyed 32-bit mixes of the
+/// id (multiply and xor-shift, after C. Wellons' search for integer hashes), then each word from both, so no word is a
+/// permutation of the ids. The key hides similarities of steps, places, draws, systems and seeds; the mixes hide those
+/// of ids. docs/lab/speed.md lists the tests that it passes.
+MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, Uints id_a, Uints id_b) {
   const auto k = [&](int i) { return all_uints(key.word[i]); };
   // a ^= k; a ^= a >> 16; the key's part is the same for all lanes and computed separately
   const auto mixed = [&](int i, int shift) { return all_uints(key.word[i] ^ key.word[i] >> shift); };
@@ -68,6 +61,18 @@ MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::
   return out;
 }
 
+/// Returns the words of the ids from number `at` on.
+MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::Ids& ids, std::size_t at) {
+  Uints id_a = load_uints(ids.lower + at);
+  Uints id_b = id_a;
+  if (ids.upper != nullptr) [[unlikely]] {
+    const Uints upper = load_uints(ids.upper + at);
+    id_a += upper * 0x9E3779B1u;
+    id_b += upper * 0x85EBCA6Au;  // even: (lower, upper) -> (id_a, id_b) is one to one
+  }
+  return random_bits(key, id_a, id_b);
+}
+
 __attribute__((noinline)) inline Uints4 random_bits_of(particles::DrawKeys& keys, const particles::Ids& ids,
                                                        std::size_t at, std::uint32_t draw) {
   return random_bits(keys.later(draw), ids, at);
@@ -93,7 +98,9 @@ struct Draws {
 
 /// Calls work(first particle, draws) for each vector of `count` particles. `Together`, for short work that draws once:
 /// draws the first words of four vectors before any of them is used. A vector's words result from a chain of dependent
-/// operations, and processors do not look far enough ahead to overlap several chains with other work in between.
+/// operations, and processors do not look far enough ahead to overlap several chains with other work in between. Ids
+/// with upper halves, which are rare, are drawn one vector at a time: a test of each vector would keep the compiler
+/// from interleaving the four.
 template <bool Together, class Work>
 MOTES_INLINE void for_draws(particles::DrawKeys& keys, const particles::Ids& ids, std::size_t count, const Work& work) {
   constexpr std::size_t kVectors = 4;
@@ -104,10 +111,14 @@ MOTES_INLINE void for_draws(particles::DrawKeys& keys, const particles::Ids& ids
   };
   std::size_t i = 0;
   if constexpr (Together) {
-    for (; i + (kVectors - 1) * kLanes < count; i += kVectors * kLanes) {
+    for (const bool narrow = ids.upper == nullptr; narrow && i + (kVectors - 1) * kLanes < count;
+         i += kVectors * kLanes) {
       Uints4 words[kVectors];
 #pragma GCC unroll 4
-      for (std::size_t k = 0; k < kVectors; ++k) words[k] = random_bits(first, ids, i + k * kLanes);
+      for (std::size_t k = 0; k < kVectors; ++k) {
+        const Uints id = load_uints(ids.lower + i + k * kLanes);
+        words[k] = random_bits(first, id, id);
+      }
 #pragma GCC unroll 4
       for (std::size_t k = 0; k < kVectors; ++k) use(i + k * kLanes, words[k]);
     }

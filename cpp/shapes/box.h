@@ -1,7 +1,7 @@
 // An axis-aligned box.
 #pragma once
 
-#include "shapes/lanes.h"
+#include "shapes/clear.h"
 
 namespace motes::MOTES_ISA {
 
@@ -35,6 +35,9 @@ struct BoxLanes {
         beside(p.x, to.x, low.x, high.x) | beside(p.y, to.y, low.y, high.y) | beside(p.z, to.z, low.z, high.z);
     return ~(outside | (contains(p) & contains(to)));
   }
+
+  /// Returns a bound on paths that stay clear of the faces.
+  MOTES_INLINE Clear clear() const { return Clear(low, high); }
 
   /// Returns where a path from outside enters, or one from inside leaves.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {

@@ -62,7 +62,7 @@ struct MeshLanes {
     Floats3 origin{}, u{}, v{};
     sides_at(form->corners, draws.bits(), origin, u, v);
     // Scaled first: squares of small triangles' areas would underflow.
-    const Floats3 a = u * (1.0f / largest(u)), b = v * (1.0f / largest(v));
+    const Floats3 a = u * (1.0f / scale(u)), b = v * (1.0f / scale(v));
     const Floats3 normal = cross(a, b);
     return pose.turn(normal * (1.0f / sqrt(max(dot(normal, normal), all(1e-30f)))));
   }
@@ -252,7 +252,7 @@ struct MeshLanes {
     return origin + u * a + v * b;
   }
 
-  static MOTES_INLINE Floats largest(Floats3 v) { return max(max(max(abs(v.x), abs(v.y)), abs(v.z)), all(1e-30f)); }
+  static MOTES_INLINE Floats scale(Floats3 v) { return max(largest(v), all(1e-30f)); }
   MOTES_INLINE void sides_at(const float* of_corners, const Uints4& bits, Floats3& origin, Floats3& u,
                              Floats3& v) const {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {

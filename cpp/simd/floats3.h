@@ -21,6 +21,8 @@ MOTES_INLINE Floats3 select(Mask mask, Floats3 yes, Floats3 no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 MOTES_INLINE Floats3 only(Mask mask, Floats3 v) { return {only(mask, v.x), only(mask, v.y), only(mask, v.z)}; }
+/// Returns the largest magnitude of the three numbers.
+MOTES_INLINE Floats largest(Floats3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 /// Tells where all three numbers are finite, with a sum of magnitudes within the range of float32.
 MOTES_INLINE Mask finite(Floats3 v) { return abs(v.x) + abs(v.y) + abs(v.z) <= __FLT_MAX__; }
 MOTES_INLINE bool all_finite(Floats3 v) { return all_at_most(abs(v.x) + abs(v.y) + abs(v.z), __FLT_MAX__); }

@@ -40,12 +40,13 @@ WARM = {"waterfall": 60, "swirl": 110, "volcano": 120, "hail": 24, "smoke": 110,
 """Frames until an effect is in its steady state, if not `USUAL_WARM`."""
 USUAL_WARM = 48
 ONE_SHOT = ("explosion", "galaxy", "dam", "heap", "photo", "two_suns", "flag", "shielding", "bounce_toy")
-ONE_SHOT += ("launch", "letters")
+ONE_SHOT += ("launch", "letters", "pour", "focus", "winter")
 """Effects that are shown from their start."""
 STILL = {
-    **{"explosion": 30, "two_suns": 100, "galaxy": 110, "dam": 44, "heap": 110, "portal": 60, "photo": 60},
-    **{"flag": 40, "smoke": 96, "flamethrower": 48, "confetti": 80, "autumn": 100, "ribbons": 60},
-    **{"launch": 84, "letters": 36},
+    **{"explosion": 27, "two_suns": 100, "galaxy": 110, "dam": 44, "heap": 110, "portal": 60, "photo": 60},
+    **{"flag": 40, "smoke": 90, "flamethrower": 48, "confetti": 80, "autumn": 100, "ribbons": 60},
+    **{"launch": 84, "letters": 36, "waterfall": 72, "tornado": 72, "hail": 48, "winter": 110, "pour": 120},
+    **{"focus": 44, "snow": 40, "fountain": 40},
 }
 """The frame of the still, if not the middle of the loop."""
 

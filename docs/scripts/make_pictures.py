@@ -182,6 +182,33 @@ def finish(kind: str) -> motes.Frame:
     return picture(sprite, place, **facts)
 
 
+def shadows(*, shadow: float = 1, occlusion: float = 0) -> motes.Frame:
+    """Render leaves that hang over a heap of balls beside a block, in sunlight."""
+    ground = motes.Solid(Plane((0, 0, 0), (0, 1, 0)), (0.6, 0.58, 0.54))
+    block = motes.Solid(Box((-1.7, 0, -0.9), (-0.7, 0.9, 0)), (0.55, 0.5, 0.42))
+    camera = motes.Camera((1.8, 1.9, 4.6), (0.25, 0.45, 0.1), fov_deg=25)
+    renderer = motes.Renderer(
+        *SIZE,
+        camera=camera,
+        background=(0.25, 0.3, 0.4),
+        objects=[ground, block],
+        sun=(-0.6, 0.9, 0.5),
+        sun_size=1,
+        occlusion=occlusion,
+    )
+    world = motes.World(seed=11, progress="off", renderer=renderer)
+    ball = motes.Sprite("sphere", None, "opaque", lit=True, shadow=shadow)
+    card = motes.Sprite("image", None, "opaque", image=leaf(), facing="orientation", lit=True, shadow=shadow)
+    balls, leaves = world.system("balls", sprite=ball), world.system("leaves", sprite=card)
+    with world:
+        balls.configure(size=0.22, color=motes.Uniform((0.3, 0.3, 0.3), (0.9, 0.8, 0.7)))
+        balls.burst(Box((-0.5, 0.11, -0.3), (1.3, 0.11, 0.9)), count=34)
+        leaves.configure(size=0.5, color=motes.Uniform((0.5, 0.1, 0.02), (0.9, 0.4, 0.05)))
+        leaves.configure(orientation="random")
+        leaves.burst(Box((-0.9, 0.5, 0.2), (1.2, 1.2, 1.3)), count=9)
+        return world.render()
+
+
 def turned(outline: list[tuple[float, float]]) -> motes.Mesh:
     """Turn an outline of radii and heights, m, around the vertical axis."""
     high, around = len(outline), 48
@@ -227,6 +254,9 @@ def pictures() -> Iterator[tuple[str, Callable[[], Any]]]:
     yield "shutter-80", partial(sparks, shutter=0.8)
     yield "bloom-0", partial(sparks, bloom=0)
     yield "bloom-20", partial(sparks, bloom=0.2)
+    yield "shadow-0", partial(shadows, shadow=0)
+    yield "shadow-1", shadows
+    yield "occlusion-1", partial(shadows, occlusion=1)
     yield "light-sun", partial(lamps, lit=False)
     yield "light-lamp", lamps
     yield "smooth-off", partial(lamps, smooth=False, lit=False)

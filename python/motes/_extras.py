@@ -26,6 +26,7 @@ __all__ = [
         "require_pillow",
         "require_usd",
         "simplejpeg",
+        "brotli",
         "otf2",
         "usd",
         "usd_writer",
@@ -111,6 +112,11 @@ def otf2() -> Any:
     for part in ("enums", "writer"):
         _import(f"otf2.{part}", "writing OTF2 archives", "otf2")
     return module
+
+
+def brotli() -> Any:
+    """Import Brotli. Raises MissingExtraError if it is not installed."""
+    return _import("brotli", "a compressed load file", "analysis")
 
 
 def draco(need: str) -> Any:

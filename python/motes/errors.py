@@ -152,7 +152,7 @@ class LogError(MotesError):
 
 EXTRAS = {
     "video": ("av>=15",),
-    "analysis": ("pandas>=2", "matplotlib>=3.8"),
+    "analysis": ("pandas>=2", "matplotlib>=3.8", "brotli>=1.1"),
     "exr": ("OpenEXR>=3.3",),
     "image": ("Pillow>=10.1",),
     "live": ("websockets>=13", "simplejpeg>=1.8"),

@@ -239,10 +239,6 @@ SCALES = {
     "nanometres": (-30, -4, -80),
     "thousands of kilometres": (20, 4, 60),
 }
-TOO_SMALL = {
-    (name, "nanometres"): "off the surface by 0.4 % of the path, not by a part of the coordinates"
-    for name in ("Bounce", "Rest")
-}
 EXTREME = ("nanometres", "thousands of kilometres")  # where a number may be refused at the call
 
 
@@ -279,8 +275,6 @@ def run(name: str, scale: Scale) -> motes.Particles:
 @pytest.mark.parametrize("name", SCENES)
 def test_scaled_scenes_have_scaled_bits(name: str, size: str):
     scale = Scale(*SCALES[size])
-    if (name, size) in TOO_SMALL:
-        pytest.xfail(TOO_SMALL[name, size])
     if size in EXTREME:
         try:
             getattr(actions, name)(**SCENES[name](scale))

@@ -16,7 +16,7 @@ from motes.errors import ArgumentError, MotesError
 from motes_lab.arena import MACHINES, Machine, Track, league, machine, on_ranks, table
 from motes_lab.arena.players import FIELD, player
 from motes_lab.arena.score import name_of
-from motes_lab.workloads import Step, best_cuts, workload
+from motes_lab.workloads import Step, Tasks, best_cuts, workload
 
 FREE = Machine("free", (1.0, 1.0, 0.5, 0.25), 1e-6, 0.0, 0.0, 0.0, 0.0)
 MINE = """
@@ -248,3 +248,65 @@ def test_metis_plays_where_it_is_installed(capsys: pytest.CaptureFixture[str]) -
     metis = f"{Path(__file__).parent / 'metis.py'}:Metis"
     assert main(["arena", "--workload", "step", "--balancer", metis, "--cluster", "two_kinds", "--json"]) == 0
     assert "Metis" in capsys.readouterr().out
+
+
+# --- what another code computed
+
+
+def load_files(folder: Path, phases: int = 1, fixed_s: float = 0.0) -> Path:
+    """Write load files of three ranks with ten tasks each, those of rank 2 five times as long."""
+    folder.mkdir()
+    for rank in range(3):
+        tasks = [
+            {"entity": {"id": 10 * rank + i, "migratable": True}, "time": 0.01 * (5 if rank == 2 else 1)}
+            for i in range(10)
+        ]
+        if rank == 0:
+            tasks.append({"entity": {"id": 99, "migratable": False}, "time": fixed_s})
+        own = [{"id": k, "tasks": tasks} for k in range(phases)]
+        (folder / f"data.{rank}.json").write_text(json.dumps({"type": "LBDatafile", "phases": own}))
+    return folder
+
+
+def test_tasks_of_another_code_play_between_whole_tasks(tmp_path: Path) -> None:
+    tasks = Tasks(load_files(tmp_path / "loads", fixed_s=0.05), frames=20)
+    assert (tasks.name, tasks.frames, tasks.cells, tasks.ranks) == ("data", 20, 30, 3)
+    equal = Machine("equal", (1.0,) * 3, tasks.particle_s, 0.0, 0.0, 0.0, 0.0)
+    track = Track(tasks, equal)
+    static, cuts = track.play(Static()), track.play(PrefixCuts(threshold=0.0))
+    assert static.seconds == pytest.approx(20 * 0.5, rel=1e-3), "as the files say"
+    assert track.best_s[0] == pytest.approx(0.25, rel=1e-3), "0.05 + 0.2, 0.25 and 0.2"
+    assert track.ideal_s[0] == pytest.approx(0.75 / 3, rel=1e-3)
+    assert static.verified and cuts.verified and cuts.moved > 0 and cuts.distance < 0.3 < static.distance
+    twice = Track(tasks, replace(equal, speeds=(2.0,) * 3))
+    assert twice.play(Static()).seconds == pytest.approx(static.seconds / 2)
+    with pytest.raises(ArgumentError, match="speeds must be 3, for the tasks that belong to their rank"):
+        Track(tasks, FREE).play(Static())
+
+
+def test_the_arena_takes_load_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = str(load_files(tmp_path / "loads", phases=4))
+    argv = ["arena", "--workload", place, "--balancer", "Static", "PrefixCuts"]
+    assert main([*argv, "--frames", "9", "--cluster", "two_kinds", "--json"]) == 0
+    (static, cuts) = json.loads(capsys.readouterr().out)["rows"]
+    assert static["frames"] == 9 and static["ranks"] == 16 and cuts["seconds"] < static["seconds"]
+    assert main([*argv, "--json"]) == 0
+    (static, _) = json.loads(capsys.readouterr().out)["rows"]
+    assert (static["frames"], static["ranks"], static["workload"]) == (4, 3, "data")
+    for wrong, says in (
+        (["--ranks", "2"], "--ranks is for made loads"),
+        (["--particles", "2"], "--particles is for made loads"),
+    ):
+        assert main([*argv, *wrong]) == 2 and says in capsys.readouterr().err
+    for name in ("stepp", str(tmp_path), str(tmp_path / "none")):
+        assert main(["arena", "--workload", name]) == 2
+        assert "or a directory of load files" in capsys.readouterr().err
+    assert main(["arena", "--workload", "stepp"]) == 2 and "did you mean 'step'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("frames", [0, -1, 1.5, "3", True])
+def test_load_files_repeat_whole_phases(frames: object, tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match="frames"):
+        Tasks(load_files(tmp_path / "loads"), frames=frames)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="a directory of load files"):
+        Tasks(tmp_path)

@@ -32,22 +32,25 @@ with world:
 """
 
 
-def slowest(counts: np.ndarray, speeds: np.ndarray, starts: list[int]) -> float:
-    runs = zip(pairwise([0, *starts, len(counts)]), speeds, strict=True)
-    return max(float(counts[a:b].sum() / speed) for (a, b), speed in runs)
+def slowest(counts: np.ndarray, speeds: np.ndarray, other: list[float], starts: list[int]) -> float:
+    runs = zip(pairwise([0, *starts, len(counts)]), speeds, other, strict=True)
+    return max(float(counts[a:b].sum() / speed) + more for (a, b), speed, more in runs)
 
 
 @settings(derandomize=True, deadline=None, max_examples=150)
 @given(
     st.lists(st.integers(0, 9), min_size=1, max_size=8),
     st.lists(st.sampled_from([0.1, 1 / 3, 1.0, 2.5, 7.0]), min_size=1, max_size=4),
+    st.lists(st.sampled_from([0.0, 0.0, 0.7, 4.0, 50.0]), min_size=4, max_size=4),
 )
-def test_best_cuts_are_those_of_all_cuts_tried(cells: list[int], rates: list[float]) -> None:
-    counts, speeds = np.array(cells), np.array(rates)
+def test_best_cuts_are_those_of_all_cuts_tried(
+    cells: list[int], rates: list[float], fixed: list[float]
+) -> None:
+    counts, speeds, other = np.array(cells), np.array(rates), fixed[: len(rates)]
     every = combinations_with_replacement(range(len(counts) + 1), len(speeds) - 1)
-    least = min(slowest(counts, speeds, list(starts)) for starts in every)
-    found = best_cuts(counts, speeds)
-    assert found.seconds == least == slowest(counts, speeds, found.starts.tolist())
+    least = min(slowest(counts, speeds, other, list(starts)) for starts in every)
+    found = best_cuts(counts, speeds, other)
+    assert found.seconds == least == slowest(counts, speeds, other, found.starts.tolist())
 
 
 def test_best_cuts_of_many_calculators_are_those_of_the_plain_recurrence() -> None:
@@ -66,6 +69,9 @@ def test_what_cannot_be_divided_is_refused() -> None:
     for counts, speeds in (([-1, 2], [1]), ([1], []), ([1], [0.0]), ([[1]], [1])):
         with pytest.raises(ArgumentError):
             best_cuts(counts, speeds)
+    for fixed in ([1.0], [-1.0, 0.0], [np.nan, 0.0], [[0.0, 0.0]]):
+        with pytest.raises(ArgumentError, match="fixed_s"):
+            best_cuts([1], [1, 1], fixed)
     assert best_cuts([0, 0], [1, 1]).seconds == 0
 
 

@@ -103,6 +103,24 @@ def test_the_log_names_the_hosts_and_a_slow_one_gets_less_work(hosts, scene, tmp
     assert lines[-1] == mpirun(3, scene, "None", tmp_path / "one", 32, 300_000, 4).lines[-1]
 
 
+@pytest.mark.slow  # a quota again
+def test_doctor_gives_a_slow_host_a_small_power(hosts):
+    a, b, c = hosts.names
+    if not hosts.limit(b):
+        pytest.skip("no control group here that limits the share of a core")
+    hosts.slow_down(b, 0.2)
+    line = shlex.join([sys.executable, "-m", "motes", "doctor", "--json", "--hosts", f"{b},{c}"])
+    try:
+        env = {"PRTE_MCA_plm_ssh_agent": str(hosts.agent), "MOTES_THREADS": "1"}
+        told = json.loads(command([hosts.agent, a, line], timeout=180, env=env).lines[-1])
+    finally:
+        hosts.slow_down(b, 1)
+    slow, quick = (row["particles_per_s"] for row in told["hosts"])
+    assert [row["host"] for row in told["hosts"]] == [b, c]
+    assert slow < quick / 2
+    assert told["powers"]["shared"] == [1.0, pytest.approx(quick / slow, abs=0.01)]
+
+
 def test_a_lost_host_ends_the_run(hosts, scene, tmp_path):
     rows = tmp_path / "log" / "frames.jsonl"
     lost: list[None] = []

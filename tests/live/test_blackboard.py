@@ -11,10 +11,12 @@ from typing import Any
 import pytest
 from browser import Page, chromium
 from desks import live
+from handmade import load_row, rows, write_log
 from standing import on_ranks
 
 import motes
 from motes import errors
+from motes._desk.board import Board
 from motes._live import steer_file
 from motes._live.orders import Orders
 from motes._world import balancing
@@ -160,3 +162,47 @@ def test_speeds_are_fractions_of_ranks(speeds, tmp_path):
     orders.put({"speeds": {"0": 0.5}})
     orders.put({"speeds": {"1": 1}})
     assert json.loads(orders.take(lambda: None, 0.1)[0]) == {"speeds": {"0": 0.5, "1": 1}}
+
+
+@pytest.mark.parametrize("ranks", [0, -1, 1.5, "3", True, None, 2**31])
+def test_the_number_of_ranks_is_a_whole_number(ranks, tmp_path):
+    orders = Orders()
+    orders.resize = lambda _: pytest.fail("it was asked for")
+    with pytest.raises(ValueError, match="no order 'resize' with this value"):
+        orders.put({"resize": ranks})
+    with pytest.raises(ValueError, match="cannot change its number of ranks"):
+        Orders().put({"resize": 3})
+    if ranks == 2**31:
+        return
+    path = tmp_path / "steer.jsonl"
+    head = {"schema": 1, "seed": 1, "script_sha256": "", "controls": {}}
+    path.write_text(json.dumps(head) + "\n" + json.dumps({"frame": 1, "resize": ranks}) + "\n")
+    with pytest.raises(errors.ArgumentError, match="line 2 has no number of ranks"):
+        steer_file.read(str(path))
+
+
+def test_waits_are_counted_once_when_a_run_goes_on_with_other_ranks(tmp_path, monkeypatch):
+    """A continued run writes its tables again: the rows of the frames before it, and its own."""
+
+    async def nothing(_: Board) -> None:
+        pass
+
+    monkeypatch.setattr(Board, "_explain", nothing)
+    log = write_log(
+        tmp_path / "run", [load_row(frame, "s", rank, n_end=5) for frame in (0, 1) for rank in (0, 1)]
+    )
+    waits = [
+        {"frame": frame, "rank": 0, "phase": "report", "waited_for": 1, "seconds": 0.25} for frame in range(3)
+    ]
+    rows(log / "waits.jsonl", waits[:2])
+
+    async def look() -> None:
+        board = Board(log, 1)
+        assert (await board.look(last=False))["waits"] == [[0, 1, 0.5]]
+        rows(log / "new", [*waits, {**waits[2], "rank": 2}])
+        (log / "new").rename(log / "waits.jsonl")
+        told = await board.look(last=False)
+        assert told["waits"] == [[0, 1, 0.75], [2, 1, 0.25]]
+        assert (await board.look(last=False))["waits"] == told["waits"]
+
+    asyncio.run(look())

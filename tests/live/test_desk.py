@@ -20,6 +20,9 @@ from viewers import Client
 from motes._desk import script as scripts
 from motes._desk.film import Film, Shot
 from motes._desk.script import Script
+from motes._launch import starting
+from motes._launch.resizing import LAUNCHER, STOPPED, Size
+from motes._launch.supervisor import Ended
 from motes.cli import live as live_command
 from motes.cli.parser import Parser
 
@@ -269,6 +272,29 @@ def test_a_run_that_nobody_watches_ends_the_command(tmp_path):
         assert command.ended() == 3
 
 
+def test_a_resized_run_that_began_paused_goes_on(tmp_path, monkeypatch):
+    """Its viewers may have left, so that nobody would let it go on."""
+    starts = []
+
+    def supervise(argv, variables, ranks, resizing):
+        starts.append((ranks, os.environ["MOTES_LIVE"]))
+        resizing.wanted = Size(3) if len(starts) == 1 else None
+        return Ended(STOPPED if len(starts) == 1 else 0, lost=False)
+
+    script = tmp_path / "script.py"
+    script.write_text("")
+    monkeypatch.setattr(starting, "supervise", supervise)
+    monkeypatch.setattr(starting, "_leave_mpi", lambda: None)
+    monkeypatch.setenv("MOTES_LIVE", "0,wait,host=127.0.0.1,paused")
+    monkeypatch.setenv(LAUNCHER, "")
+    before = signal.getsignal(signal.SIGUSR2)
+    try:
+        assert starting.run(1, [str(script)]) == 0
+    finally:
+        signal.signal(signal.SIGUSR2, before)
+    assert starts == [(1, "0,wait,host=127.0.0.1,paused"), (3, "0,host=127.0.0.1")]
+
+
 def test_options_of_run_reach_each_job():
     parser = Parser(prog="live")
     live_command.configure(parser)
@@ -294,3 +320,68 @@ def test_a_film_keeps_every_frame_until_its_budget_and_then_every_second():
     assert film.at(7)[0] == 6 and film.at(10)[0] == 10 and film.at(12) is None
     film.add(20, Shot(1, b"x"))
     assert film.spans()[-1] == [20, 20, 1] and film.at(15) is None
+    film.spans()[-1][1] = 99
+    assert film.spans()[-1] == [20, 20, 1], "what was told does not change"
+    film.add(21, Shot(3, b"x"))
+    film.add(12, Shot(3, b"x"))
+    assert film.spans()[-4:] == [[6, 10, 1], [12, 12, 3], [20, 20, 1], [21, 21, 3]]
+
+
+@pytest.mark.timeout(240)
+def test_a_run_goes_on_with_the_ranks_that_the_page_asks_for(tmp_path):
+    chromium()
+    scene = shutil.copy(SCENE, tmp_path / "snow.py")
+    checkpoint = f"checkpoint=motes.Checkpoint({str(tmp_path / 'kept')!r}, every=1000)"
+
+    async def person(url: str) -> None:
+        async with Page.of(url) as page:
+            await page.until("view.state.frame > 8", 60)
+            await page.value("view.say({ set: { wind: 2 } })")
+            await page.until("view.state.controls.wind.value === 2")
+            await page.click("[data-part=board] summary")
+            await page.until(f"{part('size')}.value === '2' && !{part('resize')}.disabled")
+            await page.value(f"{part('size')}.value = 3")
+            await page.value(f"{part('resize')}.click()")
+            await page.until("view.state.ranks === 3", 60)
+            assert await page.value("!view.state.paused && view.state.take === 1")
+            at = await page.value("view.state.frame")
+            await page.until(f"view.state.frame > {at} + 3 && view.state.notice === null", 60)
+            assert await page.value("view.state.controls.wind.value") == 2
+            assert await page.value(f"view.take(4) === 1 && {part('size')}.value") == "3"
+
+            # A paused run goes on paused, at the same frame.
+            await page.value("view.say({ pause: true })")
+            await page.until("view.state.paused")
+            await page.value("view.say({ resize: 10000000 })")
+            await page.until("view.refusal.includes('n must be in 1..')", 60)
+            await page.value("window.frameThen = view.state.frame")
+            await page.value("view.say({ resize: 1 })")
+            await page.until("view.state.ranks === 1 && view.state.paused", 60)
+            assert await page.value("view.state.frame === window.frameThen")
+            await page.value("view.say({ pause: false })")
+            await page.until("view.state.finished", 90)
+            await page.value("view.say({ resize: 2 })")
+            await page.until("view.refusal.includes('past its last frame')", 60)
+
+            shutil.copytree(tmp_path / "log", tmp_path / "whole" / "log")
+
+            # A restart has the ranks of now.
+            await page.value("view.say({ restart: true })")
+            await page.until("view.state.take === 2 && view.state.frame > 3", 60)
+            assert await page.value("view.state.ranks") == 1
+            assert page.complaints == []
+
+    options = f"dict(pause_s=0.02, shutter=0, moves=False, {checkpoint})"
+    with live(scene, tmp_path, 90, options) as command:
+        asyncio.run(person(command.url))
+    whole = tmp_path / "whole"
+    header, *changes = rows(whole, "steer.jsonl")
+    assert header["ranks"] == 2 and [row["resize"] for row in changes if "resize" in row] == [3, 1]
+    assert [frame for frame, _ in film(whole)] == list(range(90))
+
+    # A run that repeats this one keeps its own ranks, and makes the same film.
+    steering = f"steering={str(whole / 'log' / 'steer.jsonl')!r}"
+    (again := tmp_path / "again").mkdir()
+    done = on_ranks(2, scene, again, 90, f"dict(shutter=0, moves=False, {steering})", timeout=100)
+    assert done.code == 0, done.text
+    assert film(again) == film(whole)

@@ -11,8 +11,9 @@ import shutil
 import signal
 import stat
 import subprocess
-from collections.abc import Iterator
-from dataclasses import dataclass
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 __all__ = ["Hosts", "missing", "three_hosts"]
@@ -42,6 +43,7 @@ class Hosts:
 
     names: list[str]
     folder: Path
+    daemons: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
     @property
     def agent(self) -> Path:
@@ -52,6 +54,19 @@ class Hosts:
         """Return arguments for mpirun: start daemons through the agent; between hosts use only TCP."""
         argv = ["--prtemca", "plm_ssh_agent", str(self.agent), "--prtemca", "prte_if_include", "eth0"]
         return [*argv, "--mca", "btl", "tcp,self,sm", "--mca", "btl_tcp_if_include", "eth0"]
+
+    def start(self, name: str, line: str, log: Path, **variables: str) -> None:
+        """Start a daemon on a host, by a line of shell; it ends with its host."""
+        with log.open("wb") as output:
+            daemon = subprocess.Popen(
+                [self.agent, name, f"exec {line}"],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, **variables},
+                start_new_session=True,
+            )
+        self.daemons.append(daemon)
 
     def limit(self, name: str) -> bool:
         """Prepare to slow down processes that start on a host later; False if no control group can do so."""
@@ -74,9 +89,7 @@ class Hosts:
 
     def lose(self, name: str) -> None:
         """Kill all processes of a host at once, like a power failure."""
-        for pid in _run("ip", "netns", "pids", name).split():
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(int(pid), signal.SIGKILL)
+        _lose(name)
 
     def cut_off(self, name: str) -> None:
         """Disconnect a host from the network."""
@@ -96,7 +109,7 @@ def three_hosts(folder: Path) -> Iterator[Hosts]:
         'exec ip netns exec "$host" unshare --uts /bin/sh -c "hostname $host; $*"\n'
     )
     hosts.agent.chmod(hosts.agent.stat().st_mode | stat.S_IXUSR)
-    try:
+    with _removed_at_the_end([*names, switch], folder):
         _switch(switch)
         for number, name in enumerate(names, start=1):
             _host(name, number, switch)
@@ -105,13 +118,21 @@ def three_hosts(folder: Path) -> Iterator[Hosts]:
             known = [f"10.77.0.{i} {other}" for i, other in enumerate(names, start=1)]
             (files / "hosts").write_text("\n".join(["127.0.0.1 localhost", *known, ""]))
         yield hosts
+    for daemon in hosts.daemons:
+        daemon.wait()
+
+
+@contextlib.contextmanager
+def _removed_at_the_end(names: Sequence[str], folder: Path) -> Iterator[None]:
+    """Remove the hosts when the block ends, or this process, even by SIGKILL: another process does so."""
+    argv = [sys.executable, __file__, str(folder), *names]
+    guard = subprocess.Popen(argv, stdin=subprocess.PIPE, start_new_session=True)
+    assert guard.stdin is not None
+    try:
+        yield
     finally:
-        for name in names:
-            with contextlib.suppress(subprocess.CalledProcessError):
-                hosts.lose(name)
-            _forget(name, folder)
-        with contextlib.suppress(subprocess.CalledProcessError):
-            _ip("netns", "del", switch)
+        guard.stdin.close()  # as the system does at this process's end
+        guard.wait()
 
 
 def _switch(name: str) -> None:
@@ -143,7 +164,16 @@ def _group(name: str) -> Path | None:
     return None
 
 
+def _lose(name: str) -> None:
+    for pid in _run("ip", "netns", "pids", name).split():
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(int(pid), signal.SIGKILL)
+
+
 def _forget(name: str, folder: Path) -> None:
+    with contextlib.suppress(subprocess.CalledProcessError):
+        for _ in range(3):  # what was killed may have started another process
+            _lose(name)
     with contextlib.suppress(subprocess.CalledProcessError):
         _run("umount", str(folder / name))
     with contextlib.suppress(subprocess.CalledProcessError):
@@ -160,3 +190,9 @@ def _ip(*argv: str) -> None:
 
 def _run(*argv: str) -> str:
     return subprocess.run(argv, check=True, capture_output=True, text=True).stdout
+
+
+if __name__ == "__main__":
+    sys.stdin.read()  # until the process that made the hosts ends
+    for host in sys.argv[2:]:
+        _forget(host, Path(sys.argv[1]))

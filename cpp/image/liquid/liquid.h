@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "image/buffer.h"
@@ -42,10 +43,9 @@ class LiquidSurface {
   void begin(const LiquidSprite& look, const View& view);
   const LiquidSprite& look() const { return look_; }
 
-  /// Starts a tile. Threads may work on different tiles at the same time.
-  void clear(const Area& area);
-  /// Adds the records of a piece to its tile.
-  void add(const Area& area, const Piece& piece);
+  /// Sets a tile to the records of these pieces; once per tile of a frame. Threads may work on different tiles at the
+  /// same time.
+  void add(const Area& area, std::span<const Piece> pieces);
 
   /// Returns whether any tile has some of the liquid.
   bool any() const;
@@ -57,36 +57,35 @@ class LiquidSurface {
   /// Returns the depths of a row of pixels, m.
   const float* depth(int y) const { return depth_.data() + at(0, y); }
 
-  /// Returns the rows and columns of the picture that may have some of the liquid.
-  Area box() const;
-
  private:
-  static constexpr int kCell = 8;  // px
   static constexpr int kMostStride = 64;
   static constexpr int kPad = 2 * kMostStride;  // px on both sides of a row of depths
-  enum Mean { red, green, blue, alpha, speed, weight, means };
 
-  struct Ball;
-  void add_ball(const Area& area, const Ball& ball);
-  void add_means(const Area& area, const Ball& ball);
+  float add(const Area& area, const Piece& piece, LiquidTile& tile) const;
+  std::uint32_t speed_of(const std::byte* velocity) const;
+  void keep(const Area& area, const LiquidTile& tile);
+  template <class Work>
+  void each_run(threads::Pool& pool, const Work& work) const;
   void smooth_rows(BufferOf<float>& to, const BufferOf<float>& from, int stride, bool across,
                    threads::Pool& pool) const;
-  void spread_means(int y, const Area& box, float* to, std::ptrdiff_t stride) const;
+  void mix_sums(int y, int x, int count, float* to) const;
 
   std::ptrdiff_t stride() const { return grid_.width + 2 * kPad; }
   std::ptrdiff_t at(int x, int y) const { return y * stride() + kPad + x; }
-  int cell_columns() const { return (grid_.width + kCell - 1) / kCell; }
-  int cell_rows() const { return (grid_.height + kCell - 1) / kCell; }
+  int cell_columns() const { return (grid_.width + kLiquidCell - 1) / kLiquidCell; }
+  int cell_rows() const { return (grid_.height + kLiquidCell - 1) / kLiquidCell; }
 
   const LiquidLanes* lanes_ = &liquid_lanes();
   LiquidSprite look_;
   Grid grid_;
   float focal_ = 0;
   std::shared_ptr<const SurfaceLight> light_;
+  // Tiles without the liquid hold kNoLiquid and 0 in all planes.
   BufferOf<float> depth_, other_;
   BufferOf<std::uint32_t> thickness_;
-  BufferOf<std::uint64_t> cells_[means];
+  std::array<std::vector<float>, LiquidMean::count> sums_;  // in cells
   std::vector<float> most_;  // by tile: the radius of its largest ball, px; 0: none
+  std::vector<std::uint8_t> used_;  // by tile: whether its planes hold anything
 };
 
 }  // namespace motes::image

@@ -2,6 +2,7 @@
 #include "image/liquid/liquid_lanes.h"
 
 #include "image/light/surface_lanes.h"
+#include "image/raster/patch_lanes.h"
 #include "image/tile_planes.h"
 #include "simd/simd.h"
 
@@ -10,15 +11,69 @@ namespace {
 
 constexpr float kNowhere = 1e30f;  // beyond any depth
 
-void splat(const image::BallRow& ball, float* __restrict depth, std::uint32_t* __restrict thickness, int count) {
-  const float x = ball.x, per_px = ball.per_px, rest = ball.rest, middle = ball.depth, radius = ball.radius;
-  for (int i = 0; i < count; ++i) {
-    const float across = (static_cast<float>(i) - x) * per_px;
-    const float square = rest - across * across;
-    const float bulge = __builtin_sqrtf(square > 0 ? square : 0);
-    const float front = bulge > 0 ? middle - bulge * radius : 2 * kNowhere;
-    depth[i] = front < depth[i] ? front : depth[i];
-    thickness[i] += static_cast<std::uint32_t>(static_cast<std::int32_t>(bulge * image::kThickness));
+// The first and the last of the numbers 0..count - 1 that a ball touches.
+struct Reach {
+  int first, last;
+
+  Reach(int from, int to, int count) : first(from < 0 ? 0 : from), last(to < count ? to : count - 1) {}
+};
+
+MOTES_INLINE void add_depths(image::LiquidTile& tile, const image::LiquidBall& ball) {
+  const Reach rows(-floor_of(ball.radius - ball.y), floor_of(ball.y + ball.radius), tile.height);
+  const Reach columns(-floor_of(ball.radius - ball.x), floor_of(ball.x + ball.radius), tile.width);
+  const float per_px = 1 / ball.radius;
+  for (int x = columns.first; x <= columns.last; x += static_cast<int>(kLanes)) {
+    const Floats across = (to_floats((Ints)lane_numbers() + x) - ball.x) * per_px, square = across * across;
+    float* depth = tile.depth + rows.first * tile.kRow + x;
+    std::uint32_t* thickness = tile.thickness + rows.first * tile.kRow + x;
+    for (int y = rows.first; y <= rows.last; ++y, depth += tile.kRow, thickness += tile.kRow) {
+      const float down = (static_cast<float>(y) - ball.y) * per_px;
+      const Floats bulge = sqrt(max((1.0f - down * down) - square, Floats{}));
+      const Floats front = select(bulge > 0.0f, ball.depth - bulge * tile.radius, all(2 * kNowhere));
+      store(depth, min(front, load(depth)));
+      const Ints thick = to_ints(bulge * static_cast<float>(image::kThickness));
+      store_uints(thickness, load_uints(thickness) + (Uints)thick);
+    }
+  }
+}
+
+// Adds to the cells that the ball touches, the more the nearer they are to its centre.
+MOTES_INLINE void add_means(image::LiquidTile& tile, const image::LiquidBall& ball) {
+  using Mean = image::LiquidMean;
+  using Values = std::uint32_t __attribute__((vector_size(4 * Mean::kRoom)));
+  using Sums = std::uint64_t __attribute__((vector_size(8 * Mean::kRoom)));
+  constexpr int kCell = image::kLiquidCell;
+  const auto cell = [](float px) { return floor_of((px + 0.5f) * (1.0f / kCell)); };
+  const auto cells = [](int pixels) { return (pixels + kCell - 1) / kCell; };
+  const Reach rows(cell(ball.y - ball.radius), cell(ball.y + ball.radius), cells(tile.height));
+  const Reach columns(cell(ball.x - ball.radius), cell(ball.x + ball.radius), cells(tile.width));
+  const float per_px = 1 / ball.radius;
+  const auto square_beyond = [&](float center, int at) {
+    const float low = static_cast<float>(at * kCell) - 0.5f, high = low + kCell;
+    const float beyond = (center - (center < low ? low : center > high ? high : center)) * per_px;
+    return beyond * beyond;
+  };
+  Values values;
+  __builtin_memcpy(&values, ball.values, sizeof values);
+  for (int y = rows.first; y <= rows.last; ++y) {
+    const float down = square_beyond(ball.y, y);
+    for (int x = columns.first; x <= columns.last; ++x) {
+      const float rest = 1 - (square_beyond(ball.x, x) + down);
+      if (!(rest > 0)) continue;
+      const auto part = static_cast<std::uint32_t>(static_cast<std::int32_t>(rest * rest * 255 + 1));
+      std::uint64_t* to = tile.cells + (y * image::kTileCells + x) * Mean::kRoom;
+      Sums sums;
+      __builtin_memcpy(&sums, to, sizeof sums);
+      sums += __builtin_convertvector(values * part, Sums);
+      __builtin_memcpy(to, &sums, sizeof sums);
+    }
+  }
+}
+
+void splat(image::LiquidTile& tile, const image::LiquidBall* balls, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    add_depths(tile, balls[i]);
+    add_means(tile, balls[i]);
   }
 }
 
@@ -128,10 +183,33 @@ MOTES_INLINE Floats3 times(Floats3 a, Floats3 b) { return {a.x * b.x, a.y * b.y,
 
 MOTES_INLINE Floats fading(Floats by) { return exp(-min(max(by, Floats{}), all(80.0f))); }
 
+// Means over particles.
+struct Means {
+  Floats3 color;  // 0..1
+  Floats alpha, speed;
+};
+
+// Interpolates a row's sums between the centres of cells.
+MOTES_INLINE Means means_at(const image::LiquidRow& row, int i) {
+  using Mean = image::LiquidMean;
+  constexpr int kCell = image::kLiquidCell;
+  // From the centre of the first cell, in half px.
+  const Ints half = ((Ints)lane_numbers() + (row.first + i)) * 2 + (1 - kCell);
+  const Ints left = min_ints(max_ints(half, Ints{}) / (2 * kCell), all_ints(row.cells - 1));
+  const Floats right = min(max(to_floats(half - left * (2 * kCell)) * (0.5f / kCell), Floats{}), all(1.0f));
+  const auto sum = [&](int k) __attribute__((always_inline)) {
+    const Pair sums = gather_pairs(row.sums[k], left);
+    return sums.first * (1.0f - right) + sums.second * right;
+  };
+  const Floats weight = sum(Mean::weight), part = only(weight > 0.0f, 1.0f / (weight * 255.0f));
+  return {{sum(Mean::red) * part, sum(Mean::green) * part, sum(Mean::blue) * part},
+          sum(Mean::alpha) * part,
+          sum(Mean::speed) * part};
+}
+
 // Returns the light of the liquid at a vector of pixels.
 MOTES_INLINE Floats3 shaded(const image::LiquidLook& look, const image::LiquidRow& row, int i, const Place& p) {
   constexpr float kDeep = 12;  // radii of particles at which the liquid has its colour
-  constexpr float kMostShift = 0.05f;  // of the picture's height
   const image::SurfaceLight& t = *look.light;
   const Floats full = to_floats((Ints)load_uints(row.thickness + i)) * look.metres;
   const Floats thick = min(full, max(load(row.opaque + i) - p.depth, Floats{}));
@@ -140,12 +218,13 @@ MOTES_INLINE Floats3 shaded(const image::LiquidLook& look, const image::LiquidRo
   const Floats facing = dot(normal, eye), mirrored = fresnel(look, facing);
   const Floats3 out = normal * (2.0f * facing) - eye;
   const Floats3 sky = t.sky.kind == image::Sky::Kind::none ? ambient_at(t.ambient, out) : sky_light(t.sky, out, p.seen);
-  const Floats3 color = {load(row.red + i), load(row.green + i), load(row.blue + i)};
+  const Means mean = means_at(row, i);
+  const Floats3 color = mean.color;
   const Floats3 light = light_on(t, {p.place, p.normal});
   // Through the liquid: what is behind, tinted, and the liquid's own colour the deeper it is.
   const Floats deep = thick * (1.0f / (kDeep * look.radius));
-  const Floats clear = fading(deep * load(row.alpha + i));
-  const Floats most = all(kMostShift * static_cast<float>(look.height));
+  const Floats clear = fading(deep * mean.alpha);
+  const Floats most = all(image::kMostShift * static_cast<float>(look.height));
   const Floats shift = thick * look.bend / (p.depth * look.per_px);
   const Floats right = min(max(-(p.normal.x * shift), -most), most);
   const Floats down = min(max(p.normal.y * shift, -most), most);
@@ -157,7 +236,7 @@ MOTES_INLINE Floats3 shaded(const image::LiquidLook& look, const image::LiquidRo
   Floats3 shown = own * passed + sky * mirrored + highlights(look, place, normal, eye);
   Floats kept = passed;
   if (look.per_foam > 0) {
-    const Floats fast = min(load(row.speed + i) * look.per_foam, all(1.0f));
+    const Floats fast = min(mean.speed * look.per_foam, all(1.0f));
     const Floats white = fast * fast;
     shown = shown * (1.0f - white) + light * white;
     kept *= 1.0f - white;
@@ -169,6 +248,7 @@ MOTES_INLINE Floats3 shaded(const image::LiquidLook& look, const image::LiquidRo
   shown = shown + through * kept;
   // Thin edges let all light pass.
   const Floats cover = min(full * (1.0f / (0.7f * look.radius)), all(1.0f));
+  if (!any(p.seen & (cover < 1.0f))) return shown;
   return shown * cover + seen_behind(look, row, i, p, Floats{}, Floats{}) * (1.0f - cover);
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -45,34 +44,51 @@ Pixels Canvas::finish() {
 void Canvas::finish(std::span<std::uint8_t> pixels) {
   if (!scene_.prepared()) throw std::logic_error("Canvas::finish before begin");
   if (pixels.size() != size()) throw base::InvalidArgument("pixels", "be height * width * 3 bytes");
-  const bool liquids = liquids_.begin(scene_.view(), messages_);
+  const bool liquids = liquids_.begin(scene_.view(), messages_), bloom = scene_.view().bloom > 0;
   if (keep_linear_ || liquids) light_.begin(scene_.grid());
-  if (liquids) {
-    finish_with_liquids(pixels);
-  } else if (scene_.view().bloom > 0) {
-    finish_with_bloom(pixels);
-  } else {
-    finish_by_tiles(pixels);
-  }
+  if (bloom) begin_bloom();
+  if (liquids) add_liquids();
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    std::vector<Piece>& pieces = workers_[worker].pieces;
+    messages_.collect(tile, pieces);
+    if (liquids) std::erase_if(pieces, is_liquid);
+    if (liquids && liquids_.near(tile)) {
+      paint_behind_liquids(area, workers_[worker]);
+    } else {
+      paint(area, worker, pixels.data());
+    }
+  });
+  if (liquids) finish_liquids(pixels.data());
+  if (bloom) show_bloom(pixels.data());
   light_kept_ = keep_linear_;
   messages_.begin(scene_.view());
 }
 
-void Canvas::show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels) {
-  if (keep_linear_) light.copy_to(light_.at(area), light_.row_lanes());
-  painter.show(light, pixels + at(area), row_lanes());
+// Paints the worker's pieces, and shows the tile unless its glow is to be added.
+void Canvas::paint(const Area& area, std::size_t worker, std::uint8_t* pixels) {
+  TileWorker& by = workers_[worker];
+  const bool bloom = scene_.view().bloom > 0;
+  if (by.pieces.empty() && !bloom && !keep_linear_ && scene_.view().layers == 0) {
+    return show_scenery(area, by.painter, pixels);
+  }
+  by.painter.start(area);
+  by.painter.paint(by.pieces);
+  keep_or_show(by.painter.light(), area, worker, pixels);
+  layers_.keep(by.painter, by.pieces, area);
 }
 
-void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
-  const bool only_shown = !keep_linear_ && scene_.view().layers == 0;
-  each_tile([&](int tile, const Area& area, std::size_t worker) {
-    TileWorker& by = workers_[worker];
-    if (messages_.collect(tile, by.pieces) == 0 && only_shown) return show_scenery(area, by.painter, pixels.data());
-    by.painter.start(area);
-    by.painter.paint(by.pieces);
-    show(by.painter, by.painter.light(), area, pixels.data());
-    layers_.keep(by.painter, by.pieces, area);
-  });
+// Ends the light of a tile: keeps it for the glow, or shows it.
+void Canvas::keep_or_show(const TileLight& light, const Area& area, std::size_t worker, std::uint8_t* pixels) {
+  if (scene_.view().bloom > 0) {
+    bloom_tiles_.keep(static_cast<std::size_t>(area.tile), light, worker);
+  } else {
+    show(workers_[worker].painter, light, area, pixels);
+  }
+}
+
+void Canvas::show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels) {
+  if (keep_linear_ && light.first != light_.at(area)) light.copy_to(light_.at(area), light_.row_lanes());
+  painter.show(light, pixels + at(area), row_lanes());
 }
 
 void Canvas::begin_bloom() {
@@ -92,47 +108,31 @@ void Canvas::show_bloom(std::uint8_t* pixels) {
   });
 }
 
-void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
-  begin_bloom();
+void Canvas::add_liquids() {
   each_tile([&](int tile, const Area& area, std::size_t worker) {
-    TileWorker& by = workers_[worker];
-    messages_.collect(tile, by.pieces);
-    by.painter.start(area);
-    by.painter.paint(by.pieces);
-    bloom_tiles_.keep(static_cast<std::size_t>(tile), by.painter.light(), worker);
-    layers_.keep(by.painter, by.pieces, area);
+    std::vector<Piece>& pieces = workers_[worker].pieces;
+    messages_.collect(tile, pieces);
+    liquids_.add(area, pieces);
   });
-  show_bloom(pixels.data());
+  liquids_.added();
 }
 
-void Canvas::finish_with_liquids(std::span<std::uint8_t> pixels) {
-  each_tile([&](int tile, const Area& area, std::size_t worker) {
-    TileWorker& by = workers_[worker];
-    messages_.collect(tile, by.pieces);
-    const auto liquid = std::stable_partition(by.pieces.begin(), by.pieces.end(), std::not_fn(is_liquid));
-    const std::span<const Piece> others(by.pieces.begin(), liquid);
-    by.painter.start(area);
-    by.painter.paint(others);
-    liquids_.take(by.painter, light_.at(area), light_.row_lanes());
-    layers_.keep(by.painter, others, area);
-    liquids_.add(area, others, {liquid, by.pieces.end()}, by.painter);
-  });
+void Canvas::paint_behind_liquids(const Area& area, TileWorker& by) {
+  by.painter.start(area);
+  by.painter.paint(by.pieces);
+  liquids_.take(by.painter, light_.at(area), light_.row_lanes());
+  layers_.keep(by.painter, by.pieces, area);
+  liquids_.keep_front(area, by.pieces, by.painter);
+}
+
+void Canvas::finish_liquids(std::uint8_t* pixels) {
   liquids_.finish(light_.at({}), *pool_);
   if (scene_.view().layers != 0) {
     liquids_.each_pixel([&](int x, int y, float depth) { layers_.cover(x, y, depth); });
   }
-  const auto light = [&](const Area& area) {
-    return TileLight{light_.at(area), light_.row_lanes(), area.width, area.height, area.x, area.y};
-  };
-  if (scene_.view().bloom > 0) {
-    begin_bloom();
-    each_tile([&](int tile, const Area& area, std::size_t worker) {
-      bloom_tiles_.keep(static_cast<std::size_t>(tile), light(area), worker);
-    });
-    return show_bloom(pixels.data());
-  }
-  each_tile([&](int, const Area& area, std::size_t worker) {
-    workers_[worker].painter.show(light(area), pixels.data() + at(area), row_lanes());
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    if (!liquids_.near(tile)) return;
+    keep_or_show({light_.at(area), light_.row_lanes(), area.width, area.height, area.x, area.y}, area, worker, pixels);
   });
 }
 

@@ -47,9 +47,11 @@ class Canvas {
   const Layers& layers() const { return layers_; }
 
  private:
-  void finish_by_tiles(std::span<std::uint8_t> pixels);
-  void finish_with_bloom(std::span<std::uint8_t> pixels);
-  void finish_with_liquids(std::span<std::uint8_t> pixels);
+  void paint(const Area& area, std::size_t worker, std::uint8_t* pixels);
+  void keep_or_show(const TileLight& light, const Area& area, std::size_t worker, std::uint8_t* pixels);
+  void add_liquids();
+  void paint_behind_liquids(const Area& area, TileWorker& by);
+  void finish_liquids(std::uint8_t* pixels);
   void begin_bloom();
   void show_bloom(std::uint8_t* pixels);
   template <class Work>

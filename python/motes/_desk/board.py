@@ -10,8 +10,7 @@ from collections import deque
 from pathlib import Path
 from typing import Any
 
-from ..analysis._tables.schema import WAITS
-from ..analysis._tables.tables import Follower, read_facts
+from ..analysis._tables.tables import read_facts
 from ..analysis.view import View
 from ..errors import LogError
 
@@ -32,8 +31,6 @@ class Board:
         self.path = path
         self.take = take
         self._view: View | None = None
-        self._waits = Follower(path / WAITS.file, WAITS.columns)
-        self._seconds: dict[tuple[int, int], float] = {}  # of (who waits, for whom)
         self._course: deque[tuple[int, float, float, float]] = deque(maxlen=MOST_POINTS)
         self._sentence = ""
         self._due_s = 0.0  # when the next explanation is due; infinite: the last one has been made
@@ -58,10 +55,6 @@ class Board:
             self._view = View(self.path, read_facts(self.path))
         view = self._view
         view.read()
-        for row in self._waits.new_rows():
-            if (row.get("waited_for") or 0) >= 0:
-                pair = int(row["rank"]), int(row["waited_for"])
-                self._seconds[pair] = self._seconds.get(pair, 0.0) + float(row.get("seconds") or 0.0)
         figures, frame = view.figures(), view.frame or {}
         moved = sum(int(frame.get(name) or 0) for name in ("exchanged_bytes", "render_bytes"))
         if frame and (not self._course or self._course[-1][0] != frame["frame"]):
@@ -73,7 +66,7 @@ class Board:
             "imbalance": frame.get("imbalance"),
             "efficiency": _plain(figures["efficiency"]),
             "bytes": moved,
-            "waits": [[*pair, seconds] for pair, seconds in sorted(self._seconds.items())],
+            "waits": [[*pair, seconds] for pair, seconds in sorted(view.waited.items())],
             "course": [[_number(one) for one in point] for point in self._course],
             "domains": [_domain(row) for row in view.load.values()],
             "slowest": frame.get("slowest_rank"),

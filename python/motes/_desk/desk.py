@@ -7,7 +7,6 @@ gets every picture, and the run waits at its end until its viewers have seen eno
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 import signal
 import struct
@@ -34,12 +33,26 @@ __all__ = ["Desk", "Start"]
 
 SHOWN_LINES = 40  # of output
 LEAVE_S = 5.0  # from the last page's end until the run is left alone; a reloaded page comes back sooner
+CLOSE_S = 2.0  # for viewers that do not read
 OFFER_S = 1 / 60  # between two pictures for a page
 BOARD_S = 0.4  # between two looks at the log
 ROWS = 100  # in one order: it must fit into a viewer's message
 _HEADER = struct.Struct("<4sIIII")
 _FROM_FILM = 2  # kind of picture: from the film
-_TO_RUN = ("orbit", "pan", "zoom", "camera", "set", "pause", "step", "pace", "stop", "balancer", "speeds")
+_TO_RUN = (
+    "orbit",
+    "pan",
+    "zoom",
+    "camera",
+    "set",
+    "pause",
+    "step",
+    "pace",
+    "stop",
+    "balancer",
+    "speeds",
+    "resize",
+)
 
 
 class Start(NamedTuple):
@@ -86,6 +99,7 @@ class Desk(Site):
         self._job: Job | None = None
         self._take = 0
         self._newest: Encoded | None = None
+        self._ranks: int | None = None  # of the run that was seen last
         self._count = 0  # of pictures, over all runs
         self._counted = (0, 0)  # the take and the number of the last one
         self._told: dict[str, Any] = {}  # the run's last state
@@ -114,7 +128,6 @@ class Desk(Site):
         server = await self._bind()
         if server is None:
             raise MotesError(f"the live view cannot be served: {self._failure}")
-        self.port = int(next(iter(server.sockets)).getsockname()[1])
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1):
             self._loop.add_signal_handler(number, self._signalled, number)
         tell(f"motes: live at {self.url}  ({access.from_afar(self._live.host, self.port)})")
@@ -125,13 +138,9 @@ class Desk(Site):
         await self._over.wait()
         self._facts["ended"] = True
         self._tell_all()
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(asyncio.gather(*(v.finish() for v in list(self._viewers))), 2)
         for task in self._tasks:
             task.cancel()
-        server.close()
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(server.wait_closed(), 2)
+        await self._close(server, CLOSE_S)
         return self._code
 
     # --- jobs
@@ -151,6 +160,8 @@ class Desk(Site):
         self._take += 1
         self._rows, self._told, self._first, self._goal = [], {"finished": False}, first, goal
         argv, variables = list(self._start.argv), {"MOTES_LIVE": live}
+        if self._ranks is not None:
+            argv[argv.index("--ranks") + 1] = str(self._ranks)
         if self._script is not None:
             place = len(argv) - 1 - len(self._start.arguments)
             argv[place] = str(script or self._script.starts())
@@ -179,7 +190,7 @@ class Desk(Site):
         failed = code != 0 and not job.stopping and not self._signal
         self._facts |= {"job": "failed" if failed else "ended", "notice": None}
         if failed:
-            self._facts["error"] = f"the run has failed with exit code {code}\n{last_words(job.lines)}"
+            self._facts["error"] = "\n".join([f"the run has failed with exit code {code}", *job.last_words])
         self._changed()
         if self._restarting or (failed and self._goal is not None and self._go_back()):
             return
@@ -284,7 +295,9 @@ class Desk(Site):
                 viewer.note(_text(message))
             return
         ready = "frame" in message
-        self._told = message
+        self._told, self._ranks = message, message.get("ranks", self._ranks)
+        if message.get("ended") and not message.get("finished"):
+            self._facts["notice"] = "the run ends, or goes on with other ranks ..."
         if ready and self._goal is not None:
             self._approach(int(message["frame"]), self._goal)
         if ready and self._pending:
@@ -475,11 +488,6 @@ class Desk(Site):
 
 def _at_a_terminal() -> bool:
     return sys.stdin is not None and sys.stdin.isatty()
-
-
-def last_words(lines: Sequence[str], most: int = 12) -> str:
-    """Return the last lines of a job that say something."""
-    return "\n".join([line for line in lines if line.strip()][-most:])
 
 
 def _text(message: Any) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from itertools import pairwise
 from typing import NamedTuple
 
 __all__ = ["Film", "Shot"]
@@ -26,6 +25,7 @@ class Film:
         self._budget = budget
         self._shots: dict[int, Shot] = {}
         self._order: list[int] | None = []  # the frames, sorted; None: not known
+        self._spans: list[list[int]] | None = []  # None: not known
         self.bytes = 0
         self.step = 1
         """The most frames from one picture to the next where none was missed."""
@@ -35,10 +35,14 @@ class Film:
         before = self._shots.get(frame)
         if before is not None:
             self.bytes -= len(before.data)
+            if before.take != shot.take:
+                self._spans = None
         elif self._order is not None and (not self._order or frame > self._order[-1]):
             self._order.append(frame)
+            if self._spans is not None:
+                self._lengthen(self._spans, frame, shot.take)
         else:
-            self._order = None
+            self._order = self._spans = None
         self._shots[frame] = shot
         self.bytes += len(shot.data)
         while self.bytes > self._budget and len(self._shots) > 2:
@@ -54,24 +58,25 @@ class Film:
 
     def spans(self) -> list[list[int]]:
         """Return the stretches of frames that have pictures of one take: [first, last, take]."""
-        frames = self._sorted()
-        if not frames:
-            return []
-        spans = [[frames[0], frames[0], self._shots[frames[0]].take]]
-        for before, frame in pairwise(frames):
-            take = self._shots[frame].take
-            if frame - before <= self.step and take == spans[-1][2]:
-                spans[-1][1] = frame
-            else:
-                spans.append([frame, frame, take])
-        return spans
+        if self._spans is None:
+            self._spans = []
+            for frame in self._sorted():
+                self._lengthen(self._spans, frame, self._shots[frame].take)
+        return [list(span) for span in self._spans]
+
+    def _lengthen(self, spans: list[list[int]], frame: int, take: int) -> None:
+        """Add a frame behind all others."""
+        if spans and frame - spans[-1][1] <= self.step and take == spans[-1][2]:
+            spans[-1][1] = frame
+        else:
+            spans.append([frame, frame, take])
 
     def _thin(self) -> None:
         """Drop every second picture, but neither the first nor the last."""
         frames = self._sorted()
         for frame in frames[1:-1:2]:
             self.bytes -= len(self._shots.pop(frame).data)
-        self._order = None
+        self._order = self._spans = None
         self.step *= 2
 
     def _sorted(self) -> list[int]:

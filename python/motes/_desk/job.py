@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import inspect
 import json
 import os
 import re
 import signal
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
-from urllib.parse import urlsplit
 
-from .. import _extras
 from .._io.output import write_all
 from .._launch.supervisor import start_of_child
+from .._live import client
 
 __all__ = ["Job", "Listener"]
 
 MOST_LINES = 400  # of output, kept
+MOST_WORDS = 12  # lines of the output that tell why a job has failed
 MOST_LINE = 1 << 20  # bytes of a line
 PATIENCE_S = 10.0  # for a run to end its frame before it is told to end again, as by a second Ctrl-C
 GRACE_S = 5.0
@@ -84,6 +83,11 @@ class Job:
         await self.disconnect()
         self.code = code if code >= 0 else 128 - code
         return self.code
+
+    @property
+    def last_words(self) -> list[str]:
+        """The last lines of its output that say something."""
+        return [line for line in self.lines if line.strip()][-MOST_WORDS:]
 
     def signal(self, number: int) -> None:
         """Send the job a signal."""
@@ -162,23 +166,18 @@ class Job:
             self._link = asyncio.create_task(self._attend())
 
     async def _attend(self) -> None:
-        connect = _extras.websockets("asyncio.client").connect
-        closed: Callable[..., Any] = _extras.websockets("exceptions").ConnectionClosed
-        options: dict[str, Any] = {"max_size": None, "compression": None}
-        if "proxy" in inspect.signature(connect).parameters:
-            options["proxy"] = None  # no proxy for this machine
-        url, parts = self._url, urlsplit(self._url)
+        url = self._url
         try:
-            async with connect(f"ws://{parts.netloc}/live?{parts.query}&all=1", **options) as socket:
+            async with client.connect(url, "&all=1") as socket:
                 self._out = asyncio.Queue()
                 self.say({"stay": True})
                 self._listener.joined(self)
                 await self._converse(socket, self._out)
-        except (OSError, closed):  # type: ignore[misc]
+        except (OSError, client.closed()):
             pass
         finally:
             self._out = None
-        if self._url != url:  # the script's next world
+        if self._url != url:  # the script's next world, or the same one on other ranks
             asyncio.get_running_loop().call_soon(self._connect)
 
     async def _converse(self, socket: Any, out: asyncio.Queue[str]) -> None:

@@ -101,10 +101,8 @@ class Script:
                 await job.end()
         if code == 0:
             return ""
-        words = [line for line in job.lines if line.strip()][-12:]
-        return "\n".join(
-            [f"{self.path.name} as saved fails; the run goes on with the script before it", *words]
-        )
+        fails = f"{self.path.name} as saved fails; the run goes on with the script before it"
+        return "\n".join([fails, *job.last_words])
 
     def _look(self) -> tuple[int, int, int] | None:
         try:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -25,6 +25,7 @@ _SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
 _MOST_CRF = 40
 _LEAST_QUALITY = 20
 _COLORS = (256, 128, 64, 32)
+_MOST_KEPT = 256 << 20  # bytes of decoded pictures
 _SAMPLES = 16  # pictures from which a GIF's palette is made
 
 
@@ -71,8 +72,11 @@ class Finishing:
         self, write: Callable[[float, float], None], levels: Sequence[float], draft: Path, most: int
     ) -> None:
         """Choose the largest scale at which the film is small enough, and the best quality there."""
+        written = (0.0, 0.0)  # what the draft is
 
         def size(scale: float, level: float) -> int:
+            nonlocal written
+            written = scale, level
             write(scale, level)
             return draft.stat().st_size
 
@@ -89,25 +93,39 @@ class Finishing:
         while good - bad > 1:
             middle = (good + bad) // 2
             good, bad = (middle, bad) if size(scale, levels[middle]) <= most else (good, middle)
-        write(scale, levels[good])
+        if written != (scale, levels[good]):
+            write(scale, levels[good])
 
 
 class _Frames:
-    """The pictures of a film, which can be read several times."""
+    """The pictures of a film, which can be read several times; those of a short one are decoded once."""
 
     def __init__(self, source: IO[bytes], kind: str) -> None:
         self._source = source
         self._kind = kind
-        self.count = 0
+        self._kept: list[Pixels] | None = None
+
+    @cached_property
+    def count(self) -> int:
+        """The number of pictures."""
+        self._source.seek(0)
+        with _extras.av("Movie").open(self._source, "r", format=self._kind) as film:
+            return sum(1 for packet in film.demux(video=0) if packet.size)
 
     def __iter__(self) -> Iterator[Pixels]:
+        if self._kept is not None:
+            yield from self._kept
+            return
         self._source.seek(0)
-        count = 0
+        kept: list[Pixels] | None = []
         with _extras.av("Movie").open(self._source, "r", format=self._kind) as film:
             for frame in film.decode(video=0):
-                count += 1
-                yield pixels_of(frame)
-        self.count = count
+                pixels = pixels_of(frame)
+                if kept is not None:
+                    kept.append(pixels)
+                    kept = kept if len(kept) * pixels.nbytes <= _MOST_KEPT else None
+                yield pixels
+        self._kept = kept
 
     def images(self, scale: float) -> Iterator[Any]:
         """Yield the pictures as Pillow's images, scaled."""
@@ -121,7 +139,7 @@ class _Frames:
 def _write_gif(frames: _Frames, draft: Path, rate: Fraction, scale: float, colors: float) -> None:
     """Write all frames with one palette, so that colours do not flicker."""
     image = _extras.pillow(need="a film as .gif")
-    count = sum(1 for _ in frames)
+    count = frames.count
     chosen = {round(i * (count - 1) / max(1, _SAMPLES - 1)) for i in range(_SAMPLES)}
     samples = [np.asarray(one)[::2, ::2] for i, one in enumerate(frames.images(scale)) if i in chosen]
     palette = image.fromarray(np.concatenate(samples)).quantize(int(colors))
@@ -134,12 +152,11 @@ def _write_gif(frames: _Frames, draft: Path, rate: Fraction, scale: float, color
 
 
 def _write_webp(frames: _Frames, draft: Path, rate: Fraction, scale: float, quality: float) -> None:
-    count = sum(1 for _ in frames)
     _save(
         frames.images(scale),
         draft,
         "WEBP",
-        _durations(count, rate, 1),
+        _durations(frames.count, rate, 1),
         loop=0,
         quality=int(quality),
         method=4,

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from .._io import files
+from .._shot.facts import FILES
 from .._values import environment
 from ..errors import ArgumentError, MotesError
 from .formats import FORMATS, Place
@@ -70,7 +71,7 @@ class Claim:
             # First: what an interrupted removal leaves is in no manifest, and the next claim removes it.
             place.publish(manifest)
             kept = {part.file for frame in manifest.frames for part in frame.parts}
-            for name in _files(folder) - kept - place.beside(manifest):
+            for name in _files(folder) - kept - place.beside(manifest) - manifest.scene_files():
                 (folder / name).unlink()
         except BaseException:
             claim.release(keep_mark=marked)
@@ -100,7 +101,7 @@ def _own() -> re.Pattern[str]:
     """Return a pattern for the names of all files that exports write into their folders, drafts included."""
     kinds = "|".join(map(re.escape, FORMATS))
     beside = "".join(f"|{re.escape(suffix)}" for format in FORMATS.values() for suffix in format.beside)
-    part = rf"[A-Za-z][A-Za-z0-9_]*(\.\d{{6,}}(\.r\d{{4,}})?\.({kinds}){beside})"
+    part = rf"([A-Za-z][A-Za-z0-9_]*(\.\d{{6,}}(\.r\d{{4,}})?\.({kinds}){beside})|{FILES.pattern})"
     # USD writes its own temporary file first: the draft's name, but ending in six random letters.
     draft = rf"\.({re.escape(NAME)}|{part})\.[0-9a-f]{{16}}\.(tmp|\w{{6}})"
     return re.compile(rf"{re.escape(NAME)}|{part}|{draft}")

@@ -44,11 +44,14 @@ def complete(
             break
         system = manifest.systems[part.system]
         names = ["id", *(column.name for column in system.written(frame.frame))]
-        stored = place.format.read(place.folder / part.file, names, frame=frame.frame)
+        path = place.folder / part.file
+        stored = place.format.read(path, names, frame=frame.frame)
         rows = len(stored["id"])
         columns = {c.name: stored[c.name] if c.name in stored else filled(c, rows) for c in system.used}
         columns["id"] = stored["id"]
-        size = place.write_part(part.file, columns, frame=frame.frame, time=frame.time)
+        kept = place.format.drawn
+        drawn = kept(path, frame.frame) if system.drawn and kept is not None else None
+        size = place.write_part(part.file, columns, frame=frame.frame, time=frame.time, drawn=drawn)
         written.append((frame.frame, dataclasses.replace(part, rows=rows, bytes=size)))
     return written
 
@@ -61,7 +64,7 @@ def amended(manifest: Manifest, parts: Iterable[tuple[int, Part]]) -> Manifest:
     new = {(frame, part.file): part for frame, part in parts}
     whole = all((frame.frame, part.file) in new for frame, part in _incomplete(manifest))
     frames = [
-        FrameParts(one.frame, one.time, tuple(new.get((one.frame, part.file), part) for part in one.parts))
+        dataclasses.replace(one, parts=tuple(new.get((one.frame, part.file), part) for part in one.parts))
         for one in manifest.frames
     ]
     first = frames[0].frame

@@ -15,6 +15,9 @@ from .. import _core
 from .._io.output import tell
 from .._run.busy import Busy
 from .._run.excerpt import Excerpt
+from .._shot.drawn import Drawing, eye_of, needed
+from .._shot.facts import Scene
+from .._shot.shot import Shot
 from .._system.session import OpenFiles
 from .._system.system_state import SystemState
 from .._values import arguments, environment
@@ -48,7 +51,12 @@ class Export:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], *, every: int = 1, attributes: Sequence[str] | None = None
+        self,
+        path: str | os.PathLike[str],
+        *,
+        every: int = 1,
+        attributes: Sequence[str] | None = None,
+        scene: bool = False,
     ) -> None:
         """Name the files.
 
@@ -58,9 +66,13 @@ class Export:
             attributes: names of attributes to write beside position and id, in systems that have them; None:
                 velocity, the user's attributes, and any attribute in which a particle has ever had a value
                 other than the initial one. `close` adds late ones to the files of earlier frames.
+            scene: also write what the world's renderer shows: camera, lights, sky and solids; particles
+                become what their sprites are: points, instances of meshes and cards, or curves. Only for
+                .usd.
 
         Raises:
-            ArgumentError: if the path holds anything but an earlier export.
+            ArgumentError: if the path holds anything but an earlier export, or for `scene` with another
+                format.
             MissingExtraError: if the format needs a package that is not installed.
         """
         self.path: Path = arguments.file_path("path", path)
@@ -70,6 +82,9 @@ class Export:
         self.every = arguments.integer("every", every, low=1)
         self.attributes = _names(attributes)
         self._place = place_of("path", self.path)
+        if arguments.flag("scene", scene) and self._place.format.drawn is None:
+            raise ArgumentError("scene", scene, "left out for all paths but those ending in .usd")
+        self._shot = Shot() if scene else None
         self._place.format.require()
         check_free("path", self._place)
         self.frames = 0
@@ -96,7 +111,8 @@ class Export:
 
         Raises:
             ArgumentError: by the first call on the manager, if the path holds an export of another script,
-                other arguments or another seed; nothing has changed then. Other ranks raise RankError.
+                other arguments or another seed; nothing has changed then. Other ranks raise RankError. On all
+                ranks, with `scene`, if the world has no renderer.
             MotesError: before the first frame, if the frame was written before, or if an earlier write
                 failed, as on a full disk; after the last `write`, `close` raises it.
         """
@@ -110,11 +126,14 @@ class Export:
         if frame <= self._last:
             raise MotesError(f"{self.path} already has frame {frame}: a frame is written only once")
         self._check_attributes(world)
+        if self._shot is not None and world.renderer is None:
+            raise ArgumentError("scene", True, "written of a world with a renderer: World(renderer=...)")
         self._wait(self._writer.has_room, f"writing particles to {self.path.name}")
         session = session_of(world)
         engine = session.begin("write()", reads=True)
         try:
             what = f"{self.path}, every={self.every}, attributes={self.attributes}"
+            what += ", scene=True" * (self._shot is not None)
             totals, notes = engine.prepare_write(what, True, lambda: self._prepare(world, engine))
             self._settle(world, frame, totals, engine)
             if self._world is None:
@@ -251,7 +270,7 @@ class Export:
             settings.dt,
             self.every,
             systems,
-            origin=origin_of(settings),
+            origin=origin_of(settings, scene=self._shot is not None),
         )
         self._claim = Claim.make("path", self._place, manifest, first=settings.continued_from)
         if again := self._claim.replaced:
@@ -289,7 +308,7 @@ class Export:
         """Describe systems for the manifest, with columns that no file holds yet."""
         stem = stems(system.name for system in systems)
         return [
-            SystemColumns(system.name, stem[i], self._columns(system, engine))
+            SystemColumns(system.name, stem[i], self._columns(system, engine), self._shot is not None)
             for i, system in enumerate(systems)
         ]
 
@@ -312,25 +331,58 @@ class Export:
         time = (frame + 1) * world.dt
         try:
             if self._ledger is not None:
-                self._ledger.announce(frame, time, self._systems, world.calculators)
+                scene = self._scene(world, frame, self._ledger)
+                self._ledger.announce(frame, time, self._systems, world.calculators, scene)
                 self._ledger.hear(notes)
                 self._publish_soon(self._ledger)
             if "calculator" in world.role:
-                copies: list[tuple[int, str, Mapping[str, NDArray[Any]]]] = [
-                    (i, facts.stem, _copied(session_of(world).systems[i], engine, facts.written(frame)))
-                    for i, facts in enumerate(self._systems)
-                ]
+                copies: list[tuple[int, str, Mapping[str, NDArray[Any]], Drawing | None]] = []
+                for i, facts in enumerate(self._systems):
+                    system, names = session_of(world).systems[i], [one.name for one in facts.written(frame)]
+                    columns = _copied(system, engine, [*names, "id"])
+                    copies.append(
+                        (i, facts.stem, columns, self._drawing(world, engine, system, frame, columns))
+                    )
                 self._writer.put(FrameJob(frame, time, world.rank, copies))
         except Exception as error:  # such as too little memory: other ranks have continued
             self._writer.fail(error)
+
+    def _scene(self, world: World, frame: int, ledger: Ledger) -> Scene | None:
+        """Return what the picture of a frame shows besides particles, on the manager."""
+        if self._shot is None or world.renderer is None:
+            return None
+        sprites = [system.sprite for system in session_of(world).systems]
+        return self._shot.take(world.renderer, frame * world.dt, sprites, ledger.last_scene)
+
+    def _drawing(
+        self,
+        world: World,
+        engine: _core.Engine,
+        system: SystemState,
+        frame: int,
+        written: Mapping[str, NDArray[Any]],
+    ) -> Drawing | None:
+        """Return how the particles of a system are drawn, with the columns that this needs besides others."""
+        if self._shot is None or world.renderer is None:
+            return None
+        initial = dict(zip(system.attributes, engine.initial_values(system.index), strict=True))
+        used = dict(zip(system.attributes, engine.used_attributes(system.index), strict=True))
+        more = [name for name in needed(system.sprite) if name not in written and used.get(name)]
+        known = {name: tuple(initial[name][:width]) for name, (_, width) in system.attributes.items()}
+        eye = eye_of(world.renderer, frame * world.dt)
+        place = (world.seed or 0, system.index, frame, world.dt)
+        return Drawing(system.sprite, eye, known, _copied(system, engine, more), *place)
 
     def _publish_soon(self, ledger: Ledger) -> None:
         manifest = ledger.snapshot()
 
         def publish() -> None:
+            if self._shot is not None:
+                self._shot.write(self._place.folder)
             ledger.publish(manifest, seen=self._seen)
             self._seen = len(manifest.frames)
 
+        self._place.format.begin()
         self._writer.publish(publish)
 
     def _finish(self, notes: list[bytes]) -> tuple[list[int], bytes]:
@@ -395,8 +447,8 @@ def _names(attributes: Any) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(names))
 
 
-def _copied(system: SystemState, engine: _core.Engine, columns: list[Column]) -> dict[str, NDArray[Any]]:
+def _copied(system: SystemState, engine: _core.Engine, names: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Copy columns of this rank's particles; "id", if it is among the names, is the last one."""
     indices = {name: i for i, name in enumerate(system.attributes)}
-    arrays = engine.copy_columns(system.index, [indices[column.name] for column in columns])
-    names = [*(column.name for column in columns), "id"]
-    return dict(zip(names, map(np.asarray, arrays), strict=True))
+    arrays = engine.copy_columns(system.index, [indices[name] for name in names if name != "id"])
+    return dict(zip(names, map(np.asarray, arrays), strict=False))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ class Format:
     index: str
     """The suffix of the index file, which lists all parts; empty: the path is a folder without index."""
     write: Callable[..., None]
-    """Writes a part: `write(path, columns, frame=, time=)`."""
+    """Writes a part: `write(path, columns, frame=, time=)`, with `drawn=` also what sprites make of it."""
     read: Callable[..., dict[str, NDArray[Any]]]
     """Reads columns of a part: `read(path, names, frame=)`."""
     show: Callable[[Manifest, str], bytes] | None = None
@@ -39,6 +40,8 @@ class Format:
     """Raises MissingExtraError if a package that the format needs is not installed."""
     begin: Callable[[], None] = _nothing
     """Imports and initialises the format's library; the script's thread calls it before others write."""
+    drawn: Callable[[Path, int], Any] | None = None
+    """`drawn(path, frame)` returns what sprites made of a part, for `write`; None: it has no sprites."""
     alone: bool = False
     """Whether a single file can be opened without a manifest, even one that another program wrote."""
     mistaken: tuple[str, ...] = ()

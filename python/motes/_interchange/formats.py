@@ -42,11 +42,17 @@ class Place:
         """Return the name of a part."""
         return f"{stem}.{frame:06d}{'' if rank is None else f'.r{rank:04d}'}.{self.format.kind}"
 
-    def write_part(self, file: str, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> int:
-        """Write a part, whole or not at all; return its size in bytes."""
+    def write_part(
+        self, file: str, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float, drawn: Any = None
+    ) -> int:
+        """Write a part, whole or not at all; return its size in bytes.
+
+        `drawn`: makes what the system's sprite draws of the columns; None: nothing.
+        """
         path = self.folder / file
         with files.whole_path(path) as draft:
-            self.format.write(draft, columns, frame=frame, time=time)
+            more = {} if drawn is None else {"drawn": drawn}
+            self.format.write(draft, columns, frame=frame, time=time, **more)
             return draft.stat().st_size
 
     def beside(self, manifest: Manifest) -> set[str]:

@@ -8,10 +8,11 @@ import json
 import os
 from collections.abc import Iterable, Sequence
 
+from .._shot.facts import Scene
 from ..errors import MotesError
 from .complete import amended, is_complete
 from .formats import Place
-from .manifest import UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
+from .manifest import UNKNOWN, Column, Manifest, Part, SystemColumns
 from .origin import unlike_systems
 
 __all__ = ["Ledger", "note_of"]
@@ -46,8 +47,18 @@ class Ledger:
         if unlike := unlike_systems(self._manifest.systems, list(systems)):
             raise MotesError(f"{self._place.path} cannot be continued: {unlike}")
 
+    @property
+    def last_scene(self) -> Scene | None:
+        """The scene of the frame before."""
+        return self._manifest.last_scene
+
     def announce(
-        self, frame: int, time: float, systems: Sequence[SystemColumns], calculators: Sequence[int]
+        self,
+        frame: int,
+        time: float,
+        systems: Sequence[SystemColumns],
+        calculators: Sequence[int],
+        scene: Scene | None = None,
     ) -> None:
         """Expect a frame's parts: one per system and calculator."""
         self._manifest.systems = [*systems, *self._manifest.systems[len(systems) :]]
@@ -56,7 +67,7 @@ class Ledger:
             for number, system in enumerate(systems)
             for rank in calculators
         )
-        self._manifest.announced.append(FrameParts(frame, time, parts))
+        self._manifest.announce(frame, time, parts, scene)
         self._announced[frame] = {}
 
     def hear(self, notes: Iterable[bytes]) -> None:
@@ -70,7 +81,7 @@ class Ledger:
             whole = waiting.pop(0)
             announced = self._announced.pop(whole.frame)
             parts = tuple(announced[part.system, part.rank] for part in whole.parts)
-            self._manifest.frames.append(FrameParts(whole.frame, whole.time, parts))
+            self._manifest.frames.append(dataclasses.replace(whole, parts=parts))
 
     def is_late(self) -> bool:
         """Return whether files of earlier frames lack columns that later ones hold."""

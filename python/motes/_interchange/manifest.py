@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from .._io import files
+from .._shot.facts import Scene, changes, files_of, with_changes
 from ..errors import MotesError
 
 __all__ = [
@@ -56,6 +57,8 @@ class SystemColumns:
     stem: str
     """The prefix of its files' names."""
     columns: list[Column]
+    drawn: bool = False
+    """Whether files also hold what the system's sprite draws."""
 
     @property
     def used(self) -> list[Column]:
@@ -91,12 +94,17 @@ class FrameParts:
     frame: int
     time: float
     parts: tuple[Part, ...]
+    scene: Scene | None = None
+    """What its picture shows besides particles, for `Export(scene=True)`."""
+    changed: Scene | None = None
+    """The groups of the scene that differ from the frame before."""
 
     @cached_property
     def text(self) -> str:
         """The frame as JSON; cached, since the manifest is rewritten with each frame."""
         parts = [[part.system, part.rank, part.file, part.rows, part.bytes] for part in self.parts]
-        return json.dumps({"frame": self.frame, "time": self.time, "parts": parts})
+        scene = {} if self.changed is None else {"scene": self.changed}
+        return json.dumps({"frame": self.frame, "time": self.time, "parts": parts} | scene)
 
 
 @dataclass
@@ -125,12 +133,29 @@ class Manifest:
                 if not self.frames or (column.since or 0) > self.frames[-1].frame:
                     column.since = None
 
+    def announce(self, frame: int, time: float, parts: tuple[Part, ...], scene: Scene | None) -> None:
+        """Announce the next frame; `scene`: what its picture shows, if that is written."""
+        changed = None if scene is None else changes(scene, self.last_scene)
+        self.announced.append(FrameParts(frame, time, parts, scene, changed))
+
+    @property
+    def last_scene(self) -> Scene | None:
+        """The scene of the last frame of all."""
+        frames = self.announced or self.frames
+        return frames[-1].scene if frames else None
+
+    def scene_files(self) -> set[str]:
+        """Return the names of the files that scenes need."""
+        frames = (*self.frames, *self.announced)
+        return set().union(*(files_of(frame.changed) for frame in frames if frame.changed is not None))
+
     def write(self, folder: Path) -> None:
         """Replace the folder's manifest."""
         systems = [
             {
                 "name": system.name,
                 "stem": system.stem,
+                **({"drawn": True} if system.drawn else {}),
                 "columns": [
                     {**vars(column), "initial": list(map(_as_json, column.initial))}
                     for column in system.columns
@@ -180,11 +205,20 @@ class Manifest:
     def _of(cls, content: Mapping[str, Any]) -> Self:
         systems = [
             SystemColumns(
-                str(one["name"]), _stem(one["stem"]), [_column(column) for column in one["columns"]]
+                str(one["name"]),
+                _stem(one["stem"]),
+                [_column(column) for column in one["columns"]],
+                bool(one.get("drawn", False)),
             )
             for one in content["systems"]
         ]
-        frames, announced = ([_frame(one) for one in content[name]] for name in ("frames", "announced"))
+        before: Scene | None = None
+        lists: tuple[list[FrameParts], list[FrameParts]] = [], []
+        for name, known in zip(("frames", "announced"), lists, strict=True):
+            for one in content[name]:
+                known.append(_frame(one, before))
+                before = known[-1].scene
+        frames, announced = lists
         for frame in (*frames, *announced):
             for part in frame.parts:
                 if not 0 <= part.system < len(systems):
@@ -239,10 +273,10 @@ def _column(entry: Mapping[str, Any]) -> Column:
     return column
 
 
-def _frame(entry: Mapping[str, Any]) -> FrameParts:
-    return FrameParts(
-        int(entry["frame"]), float(entry["time"]), tuple(_part(part) for part in entry["parts"])
-    )
+def _frame(entry: Mapping[str, Any], before: Scene | None) -> FrameParts:
+    parts, changed = tuple(_part(part) for part in entry["parts"]), entry.get("scene")
+    scene = None if changed is None else with_changes(before, changed)
+    return FrameParts(int(entry["frame"]), float(entry["time"]), parts, scene, changed)
 
 
 def _part(entry: Sequence[Any]) -> Part:

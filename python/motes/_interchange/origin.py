@@ -15,11 +15,12 @@ from .manifest import Manifest, SystemColumns
 __all__ = ["PACKED", "difference", "origin_of", "unlike_systems"]
 
 
-def origin_of(settings: RunSettings) -> dict[str, Any]:
+def origin_of(settings: RunSettings, *, scene: bool) -> dict[str, Any]:
     """Return the facts for a manifest; the script's text is represented by its hash."""
     script = {name: fact for name, fact in same_script.facts().items() if name != "text"}
     seeded = {"substeps": settings.substeps, "periodic": ends_of(settings.periodic)}
-    return {**seeded, "seed_given": settings.seed_given, "script": script}
+    drawn = {"scene": True} if scene else {}
+    return {**seeded, **drawn, "seed_given": settings.seed_given, "script": script}
 
 
 PACKED: dict[str, Any] = {
@@ -40,6 +41,7 @@ def difference(then: Manifest, now: Manifest, *, first: int, anyway: bool = Fals
         drawn = not (first or now.origin["seed_given"] or then.origin["seed_given"])
         pairs = [("seed", then.seed, then.seed if drawn else now.seed), ("dt", then.dt, now.dt)]
         pairs += [(name, then.origin[name], now.origin[name]) for name in ("substeps", "periodic")]
+        pairs += [("scene", then.origin.get("scene", False), now.origin.get("scene", False))]
         script = same_script.difference(then.origin["script"], now.origin["script"])
     except (KeyError, TypeError) as error:
         return f"its manifest.json is damaged: {error!r}"

@@ -7,25 +7,30 @@ the next. Layers need usd-core; stages are text and need no library.
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _extras
 from .._particles import by_id
+from .._shot.facts import ATTRIBUTES, Drawn, is_users
+from .._shot.words import indented, quoted
+from .clips import CLIPS, clipped, declared
 from .format import Format
 from .manifest import Column, Manifest, SystemColumns
+from .shots import DRAWN, Looks
+
+if TYPE_CHECKING:
+    from .._shot.drawn import Drawing
 
 __all__ = ["FORMAT"]
 
 MARK = "Particles of motes"
-CLIPS = ".clips.usda"
 PRIM = "/particles"  # path of the particles in each layer
 _MOST_INT32 = 2**31 - 1
 
@@ -60,26 +65,24 @@ def begin() -> None:
     _extras.usd_writer("an export to .usd").Sdf.Layer.CreateAnonymous(".usdc")
 
 
-def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
+def write(
+    path: Path,
+    columns: Mapping[str, NDArray[Any]],
+    *,
+    frame: int,
+    time: float,
+    drawn: Drawing | Drawn | None = None,
+) -> None:
     """Write columns, including `position` and `id`, into an existing file, sorted by id.
 
-    All values are samples at one time code, the frame's number.
+    All values are samples at one time code, the frame's number. `drawn`: what the system's sprite makes of
+    them, or how it does so; a second prim holds that.
     """
     del time
     pxr = _extras.usd_writer("an export to .usd")
     _check_names(columns)
     layer = pxr.Sdf.Layer.CreateAnonymous(".usdc")
-    prim = pxr.Sdf.CreatePrimInLayer(layer, PRIM)
-    prim.specifier, prim.typeName = pxr.Sdf.SpecifierDef, "Points"
-
-    def put(name: str, kind: str, values: NDArray[Any]) -> None:
-        known = pxr.Sdf.ValueTypeNames.Find(kind)
-        attribute = pxr.Sdf.AttributeSpec(prim, name, known)
-        arrays = {"int": pxr.Vt.IntArray, "int64": pxr.Vt.Int64Array, "float": pxr.Vt.FloatArray}
-        arrays |= {"quatf": pxr.Vt.QuatfArray, "color4f": pxr.Vt.Vec4fArray}
-        array = arrays.get(kind[:-2], pxr.Vt.Vec3fArray)
-        layer.SetTimeSample(attribute.path, float(frame), array.FromNumpy(values))
-
+    put = _putter(pxr, layer, PRIM, "Points", frame)
     order = by_id.order(columns["id"])  # USD takes 20 times as long to store unsorted ids
     memory: dict[int, NDArray[np.uint8]] = {}  # scratch by column size: fresh pages cost more than the copy
     for name, given in columns.items():
@@ -99,8 +102,62 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
             put("primvars:id", "int[]", column.astype(np.int32))  # the only ids that Blender reads
     if len(columns["position"]):
         put("extent", "float3[]", _extent(columns["position"], columns.get("size")))
+    if drawn is not None:
+        _write_drawn(pxr, layer, columns, order, drawn, frame)
     if not layer.Export(str(path)):
         raise OSError(f"{path} could not be written")
+
+
+def _putter(
+    pxr: Any, layer: Any, path: str, kind_of_prim: str, frame: int
+) -> Callable[[str, str, Any], None]:
+    """Make a prim; return a function that gives it a sample of an attribute: name, type and values."""
+    prim = pxr.Sdf.CreatePrimInLayer(layer, path)
+    prim.specifier, prim.typeName = pxr.Sdf.SpecifierDef, kind_of_prim
+    arrays = {"int": pxr.Vt.IntArray, "int64": pxr.Vt.Int64Array, "float": pxr.Vt.FloatArray}
+    arrays |= {"quatf": pxr.Vt.QuatfArray, "quath": pxr.Vt.QuathArray, "color4f": pxr.Vt.Vec4fArray}
+
+    def put(name: str, kind: str, values: Any) -> None:
+        attribute = pxr.Sdf.AttributeSpec(prim, name, pxr.Sdf.ValueTypeNames.Find(kind))
+        if isinstance(values, np.ndarray):
+            values = arrays.get(kind[:-2], pxr.Vt.Vec3fArray).FromNumpy(np.ascontiguousarray(values))
+        layer.SetTimeSample(attribute.path, float(frame), values)
+
+    return put
+
+
+def _write_drawn(
+    pxr: Any,
+    layer: Any,
+    columns: Mapping[str, NDArray[Any]],
+    order: NDArray[np.int64] | None,
+    drawn: Drawing | Drawn,
+    frame: int,
+) -> None:
+    if isinstance(drawn, Drawn):
+        made = drawn
+    else:
+        known = {**columns, **drawn.columns}
+        made = drawn.draw(known if order is None else {name: one[order] for name, one in known.items()})
+        for name in filter(is_users, columns):
+            rows = columns[name] if order is None else columns[name][order]
+            kind = _type_of(name, rows.shape[1] if rows.ndim == 2 else 1)
+            made.values[_name_of(name)] = kind, rows
+    put = _putter(pxr, layer, DRAWN, made.form, frame)
+    for name, (kind, values) in made.values.items():
+        put(name, kind, values)
+
+
+def drawn_in(path: Path, frame: int) -> Drawn:
+    """Return what sprites made of a part, to be written again."""
+    pxr = _extras.usd_writer("an export to .usd")
+    layer = pxr.Sdf.Layer.OpenAsAnonymous(str(path))
+    prim = layer.GetPrimAtPath(DRAWN)
+    values = {
+        one.name: (str(one.typeName), layer.QueryTimeSample(one.path, float(frame)))
+        for one in prim.attributes
+    }
+    return Drawn(prim.typeName, values)
 
 
 def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
@@ -130,7 +187,13 @@ def clips(system: SystemColumns) -> bytes:
     layer lacks; as a layer of its own it stands for frames without a file.
     """
     lines = _attributes(system.columns, valued=True)
-    return f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{_indented(lines)}\n}}\n'.encode()
+    text = f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{indented(lines)}\n}}\n'
+    if system.drawn:
+        kinds = {name: kind for form in ATTRIBUTES.values() for name, kind in form.items()}
+        kinds |= {name: kind for kind, name in primvars(system)}
+        lines = [f"{kind} {name} = {_NOWHERE if name == 'extent' else '[]'}" for name, kind in kinds.items()]
+        text += f'\ndef "{DRAWN[1:]}"\n{{\n{indented(lines)}\n}}\n'
+    return text.encode()
 
 
 def stage(manifest: Manifest, folder: str) -> bytes:
@@ -154,52 +217,34 @@ def stage(manifest: Manifest, folder: str) -> bytes:
         'def Xform "World"',
         "{",
     ]
-    files: dict[tuple[int, int | None], dict[int, str]] = {}
+    looks = Looks(frames, manifest.systems)
+    # By system, rank, and the look of its sprite, if scenes are written.
+    files: dict[tuple[int, int | None, int], dict[int, str]] = {}
     for frame in frames:
         for part in frame.parts:
-            files.setdefault((part.system, part.rank), {})[frame.frame] = part.file
+            look = looks.number(part.system, frame.scene)
+            files.setdefault((part.system, part.rank, look), {})[frame.frame] = part.file
     numbers = [frame.frame for frame in frames]
     for number, system in enumerate(manifest.systems):
         head += [
             f'    def Xform "{system.stem}" (',
-            f"        displayName = {_text(system.name)}",
+            f"        displayName = {quoted(system.name)}",
             "    )",
             "    {",
         ]
-        parts = [own for (owner, _), own in files.items() if owner == number]
+        parts = [(look, own) for (owner, _, look), own in files.items() if owner == number]
         # Prim paths do not name ranks, so bindings made in other programs stay valid.
-        for count, own in enumerate(parts, 1):
+        for count, (look, own) in enumerate(parts, 1):
             prim = system.stem if count == 1 else f"{system.stem}_{count}"
             shown = [(frame, own.get(frame, system.stem + CLIPS)) for frame in numbers]
-            head.append(_indented(_points(prim, system, shown, folder), 8))
+            if look < 0:
+                lines = clipped("Points", prim, PRIM, _attributes(system.columns), system.stem, shown, folder)
+            else:
+                lines = looks.prim(prim, number, look, primvars(system), shown, folder)
+            head.append(indented(lines, 8))
         head.append("    }")
-    return "\n".join([*head, "}", ""]).encode()
-
-
-def _points(prim: str, system: SystemColumns, files: list[tuple[int, str]], folder: str) -> list[str]:
-    assets = list(dict.fromkeys(file for _, file in files))
-    index = {file: k for k, file in enumerate(assets)}
-    active = ", ".join(f"({frame}, {index[file]})" for frame, file in files)
-    # Stage time -> the clip's time: constant until the next frame, then a jump.
-    ends = [(after, frame) for (frame, _), (after, _) in zip(files, files[1:], strict=False)]
-    starts = [(frame, frame) for frame, _ in files]
-    times = ", ".join(f"({shown}, {frame})" for shown, frame in sorted([*starts, *ends]))
-    return [
-        f'def Points "{prim}" (',
-        "    clips = {",
-        "        dictionary default = {",
-        f"            double2[] active = [{active}]",
-        f"            asset[] assetPaths = [{', '.join(_asset(folder, file) for file in assets)}]",
-        f"            asset manifestAssetPath = {_asset(folder, system.stem + CLIPS)}",
-        f'            string primPath = "{PRIM}"',
-        f"            double2[] times = [{times}]",
-        "        }",
-        "    }",
-        ")",
-        "{",
-        *(f"    {line}" for line in _attributes(system.columns)),
-        "}",
-    ]
+    head += [f"    {line}" for line in looks.scenery(folder)]
+    return "\n".join([*head, "}", *looks.settings(), ""]).encode()
 
 
 def _attributes(columns: list[Column], *, valued: bool = False) -> list[str]:
@@ -214,9 +259,14 @@ def _attributes(columns: list[Column], *, valued: bool = False) -> list[str]:
     lines = [f"float3[] extent{box}"]
     for name, kind in kinds.items():
         varies = name == "widths" or name.startswith("primvars:")
-        vertex = [" (", '    interpolation = "vertex"', ")"] if varies else [""]
-        lines += [f"{kind} {name}{value}{vertex[0]}", *vertex[1:]]
+        lines += declared(kind, f"{name}{value}", "vertex" if varies else "")
     return lines
+
+
+def primvars(system: SystemColumns) -> list[tuple[str, str]]:
+    """Return types and names of the primvars of a system's own columns."""
+    own = [one for one in system.used if is_users(one.name)]
+    return [(_type_of(one.name, one.width), _name_of(one.name)) for one in own]
 
 
 def _taken(column: NDArray[Any], order: NDArray[np.int64], memory: NDArray[np.uint8]) -> NDArray[Any]:
@@ -263,25 +313,11 @@ def _fits_int32(ids: NDArray[Any]) -> bool:
     return not len(ids) or int(ids.max()) <= _MOST_INT32
 
 
-def _asset(folder: str, file: str) -> str:
-    around = "@@@" if "@" in folder else "@"
-    return f"{around}./{folder}/{file}{around}"
-
-
-def _text(value: str) -> str:
-    return json.dumps(
-        "".join(letter if letter.isprintable() else " " for letter in value), ensure_ascii=False
-    )
-
-
-def _indented(lines: list[str], by: int = 4) -> str:
-    return "\n".join(" " * by + line for line in lines)
-
-
 FORMAT = Format(
     *("usdc", ".usd", write, read, stage, MARK),
     beside={CLIPS: clips},
     require=lambda: _extras.require_usd("an export to .usd"),
     begin=begin,
+    drawn=drawn_in,
     mistaken=(".usda", ".usdc"),
 )

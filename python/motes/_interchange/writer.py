@@ -26,8 +26,8 @@ class FrameJob:
     frame: int
     time: float
     rank: int | None
-    systems: list[tuple[int, str, Mapping[str, NDArray[Any]]]]
-    """Index in the manifest, stem and columns of each system."""
+    systems: list[tuple[int, str, Mapping[str, NDArray[Any]], Any]]
+    """Index in the manifest, stem and columns of each system, and how it is drawn, if that is written."""
 
 
 class Writer:
@@ -145,11 +145,11 @@ class Writer:
 
     def _write(self, job: FrameJob) -> None:
         parts = []
-        for number, stem, columns in job.systems:
+        for number, stem, columns, drawn in job.systems:
             if self._ends:
                 return
             file = self._place.file(stem, job.frame, job.rank)
-            size = self._place.write_part(file, columns, frame=job.frame, time=job.time)
+            size = self._place.write_part(file, columns, frame=job.frame, time=job.time, drawn=drawn)
             parts.append((job.frame, Part(number, job.rank, file, len(columns["id"]), size)))
         job.systems.clear()  # frees their memory for the next frame
         with self._changed:

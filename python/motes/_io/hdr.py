@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["read"]
+__all__ = ["encode", "read"]
 
 _MAGIC = (b"#?RADIANCE", b"#?RGBE")
 
@@ -38,6 +38,27 @@ def read(path: Path, most: int) -> NDArray[np.float32]:
     light = rgbe[:, :, :3] * np.where(rgbe[:, :, 3] > 0, scale, 0)[:, :, None] / np.float32(exposure)
     light = light[::-1] if upwards else light
     return np.ascontiguousarray(light[:, ::-1] if mirrored else light, np.float32)
+
+
+def encode(light: NDArray[np.float32]) -> bytes:
+    """Encode linear light, (height, width, 3), each pixel rounded to 8 bits of its brightest channel."""
+    height, width, _ = light.shape
+    _, exponent = np.frexp(np.maximum(light.max(axis=2), 1e-38) * np.float32(256 / 255.5))
+    mantissa = np.rint(np.ldexp(light, 8 - exponent[:, :, None]))
+    rgbe = np.dstack([mantissa, exponent + 128]).astype(np.uint8)
+    rgbe[light.max(axis=2) < 1e-37] = 0
+    head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
+    if not 8 <= width < 32768:  # where rows are never compressed
+        return head + rgbe.tobytes()
+    mark = bytes((2, 2, width >> 8, width & 255))
+    starts = range(0, width, 128)
+    rows = [head]
+    for row in rgbe:
+        rows.append(mark)
+        for channel in np.ascontiguousarray(row.T):
+            parts = (channel[at : at + 128] for at in starts)
+            rows += [bytes([len(part)]) + part.tobytes() for part in parts]
+    return b"".join(rows)
 
 
 def _header(content: bytes) -> tuple[float, int]:

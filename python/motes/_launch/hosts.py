@@ -1,4 +1,4 @@
-"""Finds the hosts of a job that still answer: a job that lost one restarts on the others."""
+"""Asks hosts: which still answer, for a job that restarts on them; what a program says there."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import re
 import shlex
 import socket
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from .._io.output import tell
 from ..errors import ArgumentError, MotesError
 
-__all__ = ["check_names", "reachable"]
+__all__ = ["answer_of", "check_names", "reachable"]
 
 _WAIT_S = 10.0
 _AGENTS = ("PRTE_MCA_plm_ssh_agent", "OMPI_MCA_plm_rsh_agent")  # the remote shell that mpirun uses
@@ -46,15 +46,23 @@ def reachable(hosts: str) -> str:
     return ",".join(answering)
 
 
+def answer_of(host: str, argv: Sequence[str], seconds: float) -> subprocess.CompletedProcess[str]:
+    """Run a program on a host, by the remote shell that mpirun uses, and return what it answers.
+
+    Raises OSError and subprocess.TimeoutExpired.
+    """
+    if host not in ("localhost", "127.0.0.1", socket.gethostname()):
+        agent = shlex.split(next((os.environ[name] for name in _AGENTS if os.environ.get(name)), "ssh"))
+        if os.path.basename(agent[0]) == "ssh":
+            agent += ["-o", "BatchMode=yes", "-o", f"ConnectTimeout={_WAIT_S:.0f}"]
+        argv = [*agent, host, shlex.join(argv)]
+    return subprocess.run(
+        argv, timeout=seconds, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
+    )
+
+
 def _answers(host: str) -> bool:
-    if host in ("localhost", "127.0.0.1", socket.gethostname()):
-        return True
-    agent = next((os.environ[name] for name in _AGENTS if os.environ.get(name)), "ssh")
-    argv = shlex.split(agent)
-    if os.path.basename(argv[0]) == "ssh":
-        argv += ["-o", "BatchMode=yes", "-o", f"ConnectTimeout={_WAIT_S:.0f}"]
     try:
-        answer = subprocess.run([*argv, host, "true"], timeout=_WAIT_S, capture_output=True, check=False)
+        return answer_of(host, ["true"], _WAIT_S).returncode == 0
     except (OSError, subprocess.TimeoutExpired):
         return False
-    return answer.returncode == 0

@@ -14,7 +14,7 @@ import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .._io import files
 from .._io.output import tell
@@ -22,7 +22,7 @@ from .._run import open_worlds
 from .._run.peers import Peer, lives
 from ..errors import ArgumentError, MotesError
 
-__all__ = ["LAUNCHER", "Resizing", "Size", "request"]
+__all__ = ["LAUNCHER", "Resizing", "Size", "ask", "request"]
 
 LAUNCHER = "MOTES_LAUNCHER"
 """Environment variable of ranks: `Resizing.address` of their launcher."""
@@ -128,7 +128,15 @@ def request(run: Path, size: Size) -> None:
 
     Raises MotesError if the run has no launcher that could change it, or if that refuses.
     """
-    host, pid, started, space, folder = _launcher_of(run)
+    ask(_launcher_of(run), size, os.fspath(run))
+
+
+def ask(address: str, size: Size, run: str) -> None:
+    """Ask the launcher at an address (`Resizing.address`) for another size; `run` is named in messages.
+
+    Raises MotesError if it runs on another host, has ended, or refuses.
+    """
+    host, pid, started, space, folder = json.loads(address)
     here = Peer.here(rank=0, role="")
     if space != here.space:
         raise MotesError(f"the launcher of {run} runs on {host}: call `motes resize` there")
@@ -163,7 +171,7 @@ def _ask(launcher: Peer, folder: Path, size: Size) -> str:
     return problem
 
 
-def _launcher_of(run: Path) -> Any:
+def _launcher_of(run: Path) -> str:
     try:
         facts = json.loads((run / "run.json").read_bytes())
         launcher = [facts, *facts.get("continued", [])][-1].get("launcher")
@@ -177,4 +185,4 @@ def _launcher_of(run: Path) -> Any:
             "SIGTERM ends it with a checkpoint, if it has World(checkpoint=...); the same script continues "
             "with any number of ranks"
         )
-    return json.loads(launcher)
+    return str(launcher)

@@ -184,8 +184,8 @@ def run(
     `survive`: a rank that is killed does not end the others; 0 then means that the others succeeded.
     `restarts`: how often the job may restart after a process or host was lost, on the `hosts` that answer.
 
-    A single rank on this host needs no launcher: this process becomes Python and does not return. Otherwise
-    it supervises the launcher (`_launch/supervisor.py`).
+    A single rank on this host needs no launcher, unless viewers may ask for more: this process becomes Python
+    and does not return. Otherwise it supervises the launcher (`_launch/supervisor.py`).
     """
     check_program(program)
     if restarts < 0:
@@ -209,7 +209,7 @@ def run(
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
-    if argv != python or restarts > 0:
+    if argv != python or restarts > 0 or environment.read("MOTES_LIVE") not in (None, environment.LIVE_OFF):
         variables = {**losses.ENVIRONMENT, **LAUNCHER_TELLS} if survive else {}
         with folder_of_a_launcher() as folder:
             return _run_again(Resizing(folder, size, compose), compose, variables, restarts)
@@ -231,6 +231,9 @@ def _run_again(
         if not resized and (restarts == 0 or not ended.lost):
             return ended.code
         os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
+        live = os.environ.get("MOTES_LIVE", "").split(",")
+        if set(live) & set(environment.LIVE_HELD):  # and does not wait for viewers again, who may have left
+            os.environ["MOTES_LIVE"] = ",".join(word for word in live if word not in environment.LIVE_HELD)
         if resized:
             continue
         restarts -= 1

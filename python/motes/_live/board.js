@@ -17,7 +17,10 @@ const BOARD = `
     <button data-part="apply">Use this balancer</button></form>
   <p data-part="balancer" class="sentence"></p>
   <h2>Speeds <small>1: as it is; less: like a slower machine</small></h2>
-  <div data-part="speeds"></div>`;
+  <div data-part="speeds"></div>
+  <h2>Ranks <small>the run goes on from a checkpoint</small></h2>
+  <form data-part="sizing"><input type="number" data-part="size" min="1" step="1" required aria-label="Number of ranks">
+    <button data-part="resize">Go on with these ranks</button></form>`;
 
 class Blackboard {
   // `desk`: the view; `root`: a details element whose opening shows the board.
@@ -31,6 +34,7 @@ class Blackboard {
     this.overlay.setAttribute("aria-hidden", "true");
     this.part("domains").onchange = event => { desk.focus(event.target); this.drawDomains(); };
     this.part("kind").onchange = () => this.showOptions({});
+    this.part("sizing").onsubmit = event => { event.preventDefault(); this.resize(); };
     this.part("balancing").onsubmit = event => { event.preventDefault(); this.apply(); };
   }
 
@@ -49,6 +53,7 @@ class Blackboard {
     this.drawDomains();
     if (state.balancers && state.balancer !== this.shownBalancer) this.showBalancer();
     this.showSpeeds();
+    this.showSize();
   }
 
   showFigures(told) {
@@ -151,6 +156,17 @@ class Blackboard {
     });
     this.desk.say({ balancer: `${this.part("kind").value}(${given.filter(Boolean).join(", ")})` });
     this.desk.focus(this.part("apply"));
+  }
+
+  resize() {
+    this.desk.say({ resize: this.part("size").valueAsNumber });
+    this.desk.focus(this.part("resize"));
+  }
+
+  showSize() {
+    const { ranks, job } = this.state, size = this.part("size");
+    this.part("resize").disabled = job !== "running" || !this.desk.isOnline;
+    if (ranks !== this.shownRanks) size.value = this.shownRanks = ranks;
   }
 
   showSpeeds() {

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from .._values.environment import MOST_RANKS
 from .controls import Control, settle
 from .pose import Pose
 from .steer_file import is_speed
@@ -36,6 +37,8 @@ class Orders:
         self._woken = False
         self.judge: Callable[[str], str] = _no_balancer
         """Returns a balancer's call as the log writes it, or raises ValueError, which says why not."""
+        self.resize: Callable[[int], None] = _no_launcher
+        """Asks for another number of ranks, or raises ValueError, which says why not."""
         self.paced = False
         """Whether viewers want no more frames per second than the film has."""
         self.accepted = 0
@@ -50,7 +53,7 @@ class Orders:
         if not isinstance(order, dict) or len(order) != 1:
             raise ValueError("an order is an object with one name")
         (name, wish), *_ = order.items()
-        if self._repeats is not None and name not in ("again", "pace", "pause", "stay", "step"):
+        if self._repeats is not None and name not in ("again", "pace", "pause", "resize", "stay", "step"):
             raise ValueError(
                 f"this run repeats the orders of {self._repeats}; it can be paused, but not steered"
             )
@@ -64,6 +67,8 @@ class Orders:
             self._say(name, self.judge(wish[:1000]))
         elif name == "speeds" and isinstance(wish, dict) and wish and all(map(is_speed, wish.items())):
             self._say(name, wish)
+        elif name == "resize" and type(wish) is int and 0 < wish <= MOST_RANKS:
+            self.resize(wish)
         elif name == "pace" and isinstance(wish, bool):
             self.paced = wish  # changes no frame, so other ranks need not know
             self.wake()
@@ -174,6 +179,10 @@ def _checked(name: str, wish: Any) -> Any:
 
 def _no_balancer(_: str) -> str:
     raise ValueError("this run cannot change its balancer")
+
+
+def _no_launcher(_: int) -> None:
+    raise ValueError("this run cannot change its number of ranks")
 
 
 def _again(wish: Any) -> dict[str, Any]:

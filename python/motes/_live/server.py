@@ -87,9 +87,14 @@ class Server(Site):
             text = json.dumps(note)
             self._call(lambda: self._note(text))
 
-    def _note(self, text: str) -> None:
+    def refuse(self, why: str) -> None:
+        """Tell all viewers why an order is not obeyed."""
+        text = json.dumps({"refused": why})
+        self._call(lambda: self._note(text, everyone=True))
+
+    def _note(self, text: str, *, everyone: bool = False) -> None:
         for viewer in self._viewers:
-            if viewer.keeps:
+            if everyone or viewer.keeps:
                 viewer.note(text)
 
     def tell(self, state: dict[str, Any]) -> None:
@@ -127,7 +132,6 @@ class Server(Site):
         server = await self._bind()
         if server is None:
             return
-        self.port = int(next(iter(server.sockets)).getsockname()[1])
         self._ready.set()
         encoding = asyncio.create_task(self._encode_on())
         await self._closing.wait()
@@ -135,11 +139,7 @@ class Server(Site):
         self._state = {**self._state, "ended": True}
         await self._offer_last()
         self._tell_all()
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(asyncio.gather(*(v.finish() for v in list(self._viewers))), CLOSE_S / 2)
-        server.close()
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(server.wait_closed(), CLOSE_S / 2)
+        await self._close(server, CLOSE_S / 2)
 
     def _viewer(self, connection: Any, query: Mapping[str, list[str]]) -> Viewer:
         viewer = Viewer(connection, self._orders, self._fresh.set, keeps=query.get("all") == ["1"])

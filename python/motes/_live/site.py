@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import errno
 import logging
 import secrets
 import socket
 import time
 from abc import ABC, abstractmethod
-from asyncio import AbstractEventLoop
 from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any
@@ -34,7 +35,7 @@ _BUSY = (errno.EADDRINUSE, errno.EACCES)
 class Site(ABC):
     """A page and its viewers. All methods are called in the thread of its loop."""
 
-    _loop: AbstractEventLoop
+    _loop: asyncio.AbstractEventLoop
 
     def __init__(self, live: Live, about: dict[str, Any]) -> None:
         """Take address and port, and the constant part of the state, such as the title."""
@@ -79,13 +80,14 @@ class Site(ABC):
     # --- the port
 
     async def _bind(self) -> Any:
+        """Return the server once it listens on `port`; None: it cannot, see `_failure`."""
         websockets = _extras.websockets("asyncio.server")
         quiet = logging.getLogger("motes.live")
         quiet.propagate, quiet.disabled = False, True
         first = self._live.port
         for port in range(first, min(first + MOST_PORTS, MOST_PORT + 1)) if first else (0,):
             try:
-                return await websockets.serve(
+                server = await websockets.serve(
                     self._attend,
                     self._live.host,
                     port,
@@ -98,11 +100,21 @@ class Site(ABC):
                     close_timeout=1,
                     logger=quiet,
                 )
+                self.port = int(next(iter(server.sockets)).getsockname()[1])
+                return server
             except OSError as error:
                 self._failure = f"{self._live.host}:{port}: {error.strerror or error}"
                 if error.errno not in _BUSY:
                     return None
         return None
+
+    async def _close(self, server: Any, seconds: float) -> None:
+        """Give viewers what is left for them, and end the server, each at most for so long."""
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.gather(*(v.finish() for v in list(self._viewers))), seconds)
+        server.close()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(server.wait_closed(), seconds)
 
     def _admit(self, connection: Any, request: Any) -> Any:
         """Answer requests for the page and refuse strangers; None accepts a viewer's socket."""

@@ -1,10 +1,11 @@
 """steer.jsonl: the steering of a run, written to its log and read by a run that repeats it.
 
-The first line is a header: schema, seed, script_sha256, controls. Each further line is a frame before which
-something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}; also "balancer": a
-call, and "speeds": of ranks that behave like slower machines, neither of which changes a particle. The last
-line may be {"frame": 345, "stop": true}, where a viewer or a signal ended the run. Pauses and single steps
-change no frame, so they are omitted. Numbers are the shortest decimals that read back to the same bits.
+The first line is a header: schema, ranks, seed, script_sha256, controls. Each further line is a frame before
+which something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}; also
+"balancer": a call, and "speeds": of ranks that behave like slower machines, neither of which changes a
+particle; and "resize": the number of ranks with which the run went on, which no run repeats. The last line
+may be {"frame": 345, "stop": true}, where a viewer or a signal ended the run. Pauses and single steps change
+no frame, so they are omitted. Numbers are the shortest decimals that read back to the same bits.
 """
 
 from __future__ import annotations
@@ -33,20 +34,29 @@ Rows = dict[int, dict[str, Any]]
 class SteerFile:
     """The file that a run writes, on the manager."""
 
-    def __init__(self, directory: str | os.PathLike[str], header: Header, *, continued_from: int) -> None:
+    def __init__(
+        self, directory: str | os.PathLike[str], header: Header, *, ranks: int, continued_from: int
+    ) -> None:
         """Create the file; a continued run keeps the rows of frames before `continued_from`.
+
+        `ranks`: with how many the run goes on.
 
         Raises LogError if it cannot be written, or if the existing file is damaged.
         """
         self.path = Path(directory) / NAME
+        self.resized: int | None = None
+        """The number of ranks if it was another before; to be written in the first row."""
         self._file: IO[str] | None = None
-        lines = [_line({"schema": SCHEMA, **header})]
+        lines = []
         try:
             if continued_from > 0 and self.path.exists():
-                _, rows = _read(self.path)
-                lines += [
-                    _line({"frame": frame, **row}) for frame, row in rows.items() if frame < continued_from
-                ]
+                before, rows = _read(self.path)
+                kept = {frame: row for frame, row in rows.items() if frame < continued_from}
+                lines = [_line({"frame": frame, **row}) for frame, row in kept.items()]
+                first = before.get("ranks", ranks)
+                last = [first, *(row["resize"] for row in kept.values() if "resize" in row)][-1]
+                self.resized, header = None if last == ranks else ranks, {**header, "ranks": first}
+            lines.insert(0, _line({"schema": SCHEMA, "ranks": ranks, **header}))
             files.write_whole(self.path, "".join(lines).encode())
             self._file = files.append_to(self.path)
         except ValueError as error:
@@ -132,8 +142,10 @@ def _parsed(line: str, number: int) -> dict[str, Any]:
 
 def _row(row: dict[str, Any], number: int) -> tuple[int, dict[str, Any]]:
     frame = row.pop("frame", None)
-    if type(frame) is not int or not 0 <= frame < 2**63 or set(row) - {*CHANGES, "stop"}:
-        raise ValueError(f"line {number} must have a frame, and {', '.join(CHANGES)} or stop")
+    if type(frame) is not int or not 0 <= frame < 2**63 or set(row) - {*CHANGES, "resize", "stop"}:
+        raise ValueError(f"line {number} must have a frame, and {', '.join(CHANGES)}, resize or stop")
+    if type(row.get("resize", 1)) is not int or row.get("resize", 1) < 1:
+        raise ValueError(f"line {number} has no number of ranks")
     speeds = row.get("speeds", {})
     slow = isinstance(speeds, dict) and all(map(is_speed, speeds.items()))
     if not slow or not isinstance(row.get("balancer", ""), str):

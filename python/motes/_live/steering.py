@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .._run import sweeping
+from .._values.live import Live
 from ..errors import MotesError
 from .controls import Control, definition_of, made, settle
 from .pose import Pose
@@ -19,17 +20,18 @@ __all__ = ["Steering"]
 class Steering:
     """The state of controls, camera and pauses. Never communicates: `hear` takes what all ranks received."""
 
-    def __init__(self, *, paused: bool = False, wait: bool = False) -> None:
-        """Start paused or waiting for a viewer, as `Live` says."""
+    def __init__(self, live: Live | None = None) -> None:
+        """Start paused or waiting for a viewer, as `live` says; None: there are no viewers."""
+        self._live = live is not None
         self.controls: dict[str, Control] = {}
         self._values: dict[str, Any] = {}
         self._changes: dict[str, Any] = {}  # for the next frame
         self._left: dict[str, Any] = {}  # values from a checkpoint, for controls not yet made
         self._camera: Pose | None = None
         self._next: Pose | None = None
-        self.paused = paused
+        self.paused = live is not None and live.paused
         self._steps = 0  # frames that a paused run may still make
-        self._waiting = wait
+        self._waiting = live is not None and live.wait
         self.stopped = False
         """Whether a viewer, or the run that is repeated, ends the run here."""
         self.shown = False
@@ -215,7 +217,9 @@ class Steering:
     def state(self) -> dict[str, Any]:
         """Return the state for a checkpoint, as in the frame before it."""
         camera = None if self._camera is None else self._camera.to_dict()
-        left = {"values": {**self._left, **self._values}, "camera": camera}
+        left: dict[str, Any] = {"values": {**self._left, **self._values}, "camera": camera}
+        if self.paused:
+            left["paused"] = True
         balancing = {"balancer": self.balancer, "speeds": self.speeds}
         return {**left, "balancing": balancing} if any(balancing.values()) else left
 
@@ -226,6 +230,8 @@ class Steering:
             self._put(self._left, name)
         balancing = state.get("balancing", {})  # a new process begins with the script's own
         self._balancing = {name: wish for name, wish in balancing.items() if wish}
+        if state.get("paused") and self._live:
+            self.hold()
         camera = state.get("camera")
         self._camera = self._next = None if camera is None else Pose.read(camera)
 

@@ -52,6 +52,14 @@ class Viewing:
         """Let viewers choose the balancers that `judge` accepts."""
         self._orders.judge = judge
 
+    def resize(self, resize: Callable[[int], None]) -> None:
+        """Let viewers ask for another number of ranks."""
+        self._orders.resize = resize
+
+    def refuse(self, why: str) -> None:
+        """Tell all viewers why what one of them has ordered is not done. May be called from any thread."""
+        self._server.refuse(why)
+
     def know(self, controls: Mapping[str, Control]) -> None:
         """Let viewers set these controls."""
         self._orders.know(controls)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _extras
+from .._values.rotations import matrix_of
 from .accessors import Accessors
 from .gltf_materials import Materials
 from .polygons import Floats, Indices, Unreadable, fan, strip
@@ -295,14 +296,7 @@ def _matrix(node: dict[str, Any]) -> Floats:
     """Return a node's local transform as a matrix of shape (4, 4)."""
     if "matrix" in node:
         return np.array(node["matrix"], np.float64).reshape(4, 4).T
-    x, y, z, w = _unit(np.array(node.get("rotation", (0, 0, 0, 1)), np.float64))
-    turned = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    turned = matrix_of(*_unit(np.array(node.get("rotation", (0, 0, 0, 1)), np.float64)).tolist())
     matrix = np.eye(4)
     matrix[:3, :3] = turned * np.array(node.get("scale", (1, 1, 1)), np.float64)
     matrix[:3, 3] = node.get("translation", (0, 0, 0))

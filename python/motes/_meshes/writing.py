@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._io.files import write_whole
+from .._values.rotations import matrix_of
 
 __all__ = ["SUFFIXES", "Placed", "placed", "write"]
 
@@ -36,14 +37,7 @@ def write(path: Path, mesh: Placed) -> None:
 def turned(rows: Array, pose: tuple[float, ...]) -> Array:
     """Rotate vectors by a pose's quaternion (w, x, y, z), which follows its position."""
     w, x, y, z = pose[3:7]
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    around: Array = rows.astype(np.float64) @ rotation.T
+    around: Array = rows.astype(np.float64) @ matrix_of(x, y, z, w).T
     return around
 
 

@@ -29,6 +29,7 @@ __all__ = [
     "Renderer",
     "camera_of",
     "frame_arguments",
+    "looking",
     "preview_of",
     "solids_of",
     "view_of",
@@ -297,6 +298,16 @@ def camera_of(renderer: Renderer, time: float, pose: tuple[Any, ...] | None = No
     view = _core.View(1, 1)
     renderer.camera._set_in(view, time, pose)
     return view
+
+
+def looking(camera: Camera, time: float) -> tuple[NDArray[np.float64], ...]:
+    """Return where a camera is at a time (s), m, and its axes: right, up, and back, against the view."""
+    eye = np.array(at(camera.position, time), np.float64)
+    back = eye - at(camera.look_at, time)
+    back /= np.linalg.norm(back)
+    right = np.cross(at(camera.up, time), back)
+    right /= np.linalg.norm(right)
+    return eye, right, np.cross(back, right), back
 
 
 def preview_of(width: int, height: int) -> tuple[int, int]:

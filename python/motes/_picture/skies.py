@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core, _extras
 from .._values import arguments
 from .._values.arguments import Triple
+from .._values.images import MOST_SIDE, linear_light, read_picture
 from .._values.values import Value, value
 from ..errors import ArgumentError, MissingExtraError
 
 __all__ = ["Gradient", "Panorama", "background", "light_key", "light_of", "set_background"]
 
-MOST_SIDE = 8192
-BRIGHTEST = 1e6
 PICTURE = (
     f"a path, or an array of shape (height, width, 3): uint8 sRGB, or floats, linear RGB in 0..1e6; "
     f"1..{MOST_SIDE} pixels each way"
@@ -101,27 +100,8 @@ def light_of(argument: str, given: Any) -> NDArray[np.float32]:
         if path.suffix.lower() in (".exr", ".hdr", ".pic"):
             given = _read_light(argument, path)
         else:
-            from .._values.images import read_picture
-
             given = read_picture(argument, path, most=MOST_SIDE)[:, :, :3]
-    try:
-        array: NDArray[Any] = np.asarray(given)
-    except Exception:  # of any kind: this runs methods of users' classes
-        raise ArgumentError(argument, given, PICTURE) from None
-    fits = array.ndim == 3 and array.shape[2] in (3, 4) and min(array.shape) > 0
-    if not fits or max(array.shape) > MOST_SIDE or array.dtype.kind not in ("f", "u"):
-        raise ArgumentError(argument, f"{array.dtype} {array.shape}", PICTURE)
-    if array.dtype.kind == "u":
-        if array.dtype != np.uint8:
-            raise ArgumentError(argument, f"{array.dtype} {array.shape}", PICTURE)
-        from .._values.colors import LINEAR
-
-        array = np.array(LINEAR)[array[:, :, :3]]
-    light = np.array(array[:, :, :3], np.float32, order="C")
-    if not ((light >= 0) & (light <= BRIGHTEST)).all():
-        raise ArgumentError(argument, f"{array.dtype} {array.shape}", f"{PICTURE}, finite and not negative")
-    light.flags.writeable = False
-    return light
+    return linear_light(argument, given, PICTURE)
 
 
 def light_key(light: NDArray[np.float32]) -> int:

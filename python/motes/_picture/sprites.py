@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..expressions import Expression
     from ..expressions._conditions import Columns
 
-__all__ = ["Sprite", "check_change", "native_of"]
+__all__ = ["Sprite", "check_change", "native_of", "tinted"]
 
 KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon", "surface")
 FACINGS = ("camera", "velocity", "orientation")
@@ -211,13 +211,13 @@ def _of_kind(sprite: Sprite) -> dict[str, Any]:
         return shown if sprite.facing == "camera" else shown | facing
     if sprite.kind == "mesh":
         assert sprite.mesh is not None
-        return {"mesh": content_of(_tinted(sprite.mesh)), "picture": content, **facing}
+        return {"mesh": content_of(tinted(sprite.mesh)), "picture": content, **facing}
     if sprite.kind == "surface":
         return {"radius": sprite.radius, "foam": sprite.foam, "glass": sprite.glass}
     return {"width": sprite.width, "length": sprite.length} if sprite.kind == "ribbon" else {}
 
 
-def _tinted(mesh: Mesh) -> Mesh:
+def tinted(mesh: Mesh) -> Mesh:
     """Return a mesh whose colours include that of its material, which a particle's colour multiplies."""
     if mesh.material is None or mesh.material.color == (1, 1, 1):
         return mesh

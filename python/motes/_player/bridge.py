@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import inspect
 import json
 import struct
 import threading
 import time
 from collections.abc import Callable
 from typing import Any
-from urllib.parse import urlsplit
 
-from .. import _extras
+from .._live import client
 from .._live.viewer import MOST_BYTES
 from .plays import Face
 
@@ -83,8 +81,7 @@ class Bridge:
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop = asyncio.new_event_loop()
-        for part in ("asyncio.client", "exceptions"):  # here: a library may not begin in two threads at once
-            _extras.websockets(part)
+        client.load()
         self._thread = threading.Thread(target=self._run, name="motes-notebook", daemon=True)
         self._thread.start()
 
@@ -145,14 +142,8 @@ class Bridge:
         self._loop.stop()
 
     async def _attend(self, url: str) -> None:
-        connect = _extras.websockets("asyncio.client").connect
-        options = {"max_size": None, "compression": None}
-        if "proxy" in inspect.signature(connect).parameters:
-            options["proxy"] = None  # no proxy for this machine
-        closed = _extras.websockets("exceptions").ConnectionClosed
-        parts = urlsplit(url)
-        with contextlib.suppress(OSError, closed):
-            async with connect(f"ws://{parts.netloc}/live?{parts.query}", **options) as socket:
+        with contextlib.suppress(OSError, client.closed()):
+            async with client.connect(url) as socket:
                 self._socket = socket
                 self._unanswered.clear()
                 self._joined()
@@ -161,9 +152,8 @@ class Bridge:
         self._pass_on(at_once=True)
 
     async def _send(self, text: str) -> None:
-        closed = _extras.websockets("exceptions").ConnectionClosed
         if self._socket is not None:
-            with contextlib.suppress(closed):
+            with contextlib.suppress(client.closed()):
                 await self._socket.send(text)
 
     def _hear(self, message: str | bytes) -> None:

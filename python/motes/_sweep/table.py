@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import importlib
 import io
-import json
 import math
 import statistics
 from collections.abc import Sequence
@@ -14,6 +13,8 @@ from typing import Any
 
 from .. import _extras
 from .._io import files
+from ..analysis._tables.schema import FRAMES
+from ..analysis._tables.tables import read_rows
 from ..errors import MissingExtraError
 from .grid import Case
 from .runs import Row
@@ -30,8 +31,7 @@ MOST_PICTURES = 400
 
 def figures(log: Path) -> Row:
     """Return a run's figures from the rows of its log."""
-    lines = (log / "frames.jsonl").read_text().splitlines()
-    rows = [json.loads(line) for line in lines]
+    rows, _ = read_rows(log / FRAMES.file, FRAMES.columns)
     seconds = [float(row["t_frame_s"]) for row in rows if row.get("t_frame_s") is not None]
     uneven = [float(row["imbalance"]) for row in rows if row.get("imbalance")]
     return {
@@ -59,9 +59,7 @@ def write_table(directory: Path, cases: Sequence[Case], rows: Sequence[Row]) -> 
         return paths
     columns = {name: _column([row.get(name) for row in typed]) for name in header}
     paths.append(directory / "sweep.parquet")
-    buffer = io.BytesIO()
-    parquet.write_table(pyarrow.table(columns), buffer)
-    files.write_whole(paths[1], buffer.getvalue())
+    files.write_whole(paths[1], lambda file: parquet.write_table(pyarrow.table(columns), file))
     return paths
 
 
@@ -90,9 +88,7 @@ def write_sheet(directory: Path, rows: Sequence[Row], still: str) -> Path | None
         for line, label in enumerate(_lines([f"{name}={row[name]}" for name in varied])):
             pen.text((x + 4, y + height + 1 + 16 * line), label, fill=(230, 230, 230), font=letters)
     path = directory / "sheet.png"
-    buffer = io.BytesIO()
-    sheet.save(buffer, "PNG")
-    files.write_whole(path, buffer.getvalue())
+    files.write_whole(path, lambda file: sheet.save(file, "PNG"))
     return path
 
 

@@ -13,6 +13,7 @@ from ..errors import ArgumentError
 
 __all__ = [
     "FRAMES",
+    "LIVE_HELD",
     "LIVE_OFF",
     "TABLE",
     "Variable",
@@ -37,6 +38,8 @@ MOST_THREADS = 1024
 MOST_SKIN = 100
 LEAST_SPEED = 1e-3
 LIVE_OFF = "off"
+LIVE_HELD = ("paused", "wait")
+"""Words of MOTES_LIVE that hold a run at its start."""
 FRAMES = "frames such as 400:500, which are 400 to 499; 400: or :500"
 
 
@@ -202,7 +205,7 @@ def _live(text: str) -> dict[str, Any] | str:
         name, _, value = word.partition("=")
         if name == "host" and value:
             options["host"] = value
-        elif word in ("paused", "wait"):
+        elif word in LIVE_HELD:
             options[word] = True
         else:
             raise ValueError(text)

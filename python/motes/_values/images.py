@@ -13,11 +13,16 @@ from numpy.typing import NDArray
 from .. import _extras
 from .._values import arguments
 from ..errors import ArgumentError
+from .colors import LINEAR
 
-__all__ = ["FORMATS", "interpolated", "picture_in", "read_picture"]
+__all__ = ["BRIGHTEST", "FORMATS", "MOST_SIDE", "interpolated", "linear_light", "picture_in", "read_picture"]
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "TGA", "PPM")
 """Formats that may be opened; others, such as EPS, would start programs or hold no pixels."""
+MOST_SIDE = 8192
+"""Largest width and height of a picture of light, pixels."""
+BRIGHTEST = 1e6
+"""The most light in it, in units of white."""
 _OF_16_BITS = ("PNG", "PPM")
 """Formats with at most 16 bits per channel, which Pillow may store as 32-bit integers."""
 
@@ -31,6 +36,27 @@ def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
     _extras.pillow()
     path = arguments.existing_file(argument, path)
     return picture_in(argument, path, most=most)
+
+
+def linear_light(argument: str, given: Any, allowed: str) -> NDArray[np.float32]:
+    """Return an array, uint8 sRGB or linear floats, as light: float32 (height, width, 3), read-only.
+
+    Raises ArgumentError, which says what is `allowed`.
+    """
+    try:
+        array: NDArray[Any] = np.asarray(given)
+    except Exception:  # of any kind: this runs methods of users' classes
+        raise ArgumentError(argument, given, allowed) from None
+    fits = array.ndim == 3 and array.shape[2] in (3, 4) and min(array.shape) > 0
+    if not fits or max(array.shape) > MOST_SIDE or not (array.dtype.kind == "f" or array.dtype == np.uint8):
+        raise ArgumentError(argument, f"{array.dtype} {array.shape}", allowed)
+    if array.dtype == np.uint8:
+        array = np.array(LINEAR)[array[:, :, :3]]
+    light = np.array(array[:, :, :3], np.float32, order="C")
+    if not ((light >= 0) & (light <= BRIGHTEST)).all():
+        raise ArgumentError(argument, f"{array.dtype} {array.shape}", f"{allowed}, finite and not negative")
+    light.flags.writeable = False
+    return light
 
 
 def picture_in(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:

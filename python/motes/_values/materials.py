@@ -11,12 +11,11 @@ from .. import _core
 from ..errors import ArgumentError
 from . import arguments
 from .arguments import Triple
-from .colors import LINEAR
+from .images import MOST_SIDE, linear_light
 from .values import Value, value
 
 __all__ = ["Material"]
 
-MOST_SIDE = 8192
 PICTURE = f"uint8 sRGB or linear floats, (height, width, 3), up to {MOST_SIDE} pixels each way"
 
 
@@ -52,7 +51,7 @@ class Material(Value):
             color=arguments.color("color", color, low=0, high=arguments.FARTHEST),
             roughness=arguments.number("roughness", roughness, low=0, high=1),
             metal=arguments.number("metal", metal, low=0, high=1),
-            image=None if image is None else _light_of("image", image),
+            image=None if image is None else linear_light("image", image, PICTURE),
             finish_image=None if finish_image is None else _parts_of("finish_image", finish_image),
         )
         for name in ("image", "finish_image"):
@@ -65,25 +64,11 @@ class Material(Value):
         return tuple((self._items() | keys).values())
 
 
-def _light_of(name: str, given: Any) -> NDArray[np.float32]:
-    """Return a picture, uint8 sRGB or linear floats, as linear light."""
-    array = np.asarray(given)
-    if array.dtype == np.uint8 and array.ndim == 3:
-        array = np.array(LINEAR)[array]
-    if array.ndim != 3 or array.shape[2] not in (3, 4) or array.dtype.kind != "f":
-        raise ArgumentError(name, f"{array.dtype} {array.shape}", PICTURE)
-    light = np.array(array[:, :, :3], np.float32, order="C")
-    if not 0 < min(light.shape) <= max(light.shape) <= MOST_SIDE or not ((light >= 0) & (light <= 1e6)).all():
-        raise ArgumentError(name, f"{array.dtype} {array.shape}", PICTURE)
-    light.flags.writeable = False
-    return light
-
-
 def _parts_of(name: str, given: Any) -> NDArray[np.float32]:
     given = np.asarray(given)
     if given.dtype == np.uint8:  # numbers, not colours
         given = given.astype(np.float32) / 255
-    parts = _light_of(name, given)
+    parts = linear_light(name, given, PICTURE)
     if not (parts <= 1).all():
         raise ArgumentError(name, f"{given.dtype} {given.shape}", "numbers in 0..1, (height, width, 3)")
     return parts

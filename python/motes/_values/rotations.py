@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import ArgumentError
 from . import arguments
 
-__all__ = ["euler"]
+__all__ = ["euler", "matrix_of"]
 
 ALLOWED = "finite angles in degrees: a number, or an array that broadcasts with the others"
 
@@ -75,4 +75,15 @@ def _half(degrees: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     return (
         np.choose(turn.astype(int), (sine, cosine, -sine, -cosine)),
         np.choose(turn.astype(int), (cosine, -sine, -cosine, sine)),
+    )
+
+
+def matrix_of(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
+    """Return the rotation matrix of a unit quaternion, (3, 3), for columns of coordinates."""
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
     )

@@ -24,7 +24,7 @@ class Pictures:
         """Create the pictures of a world; `renderer` returns its current renderer."""
         live = session.settings.live
         self._session = session
-        self.steering = Steering(paused=live is not None and live.paused, wait=live is not None and live.wait)
+        self.steering = Steering(live)
         """What viewers did, as all ranks agreed on it: mainly where they look from."""
         self._renderer = renderer
         self._last: Callable[[], Frame | None] = lambda: None

@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._io.output import tell
+from .._launch.resizing import LAUNCHER, Size, ask
 from .._live.controls import Choice, Control, definition_of
 from .._live.pose import Pose
 from .._live.steer_file import NAME, SteerFile
@@ -148,8 +150,26 @@ class Viewers:
         viewing = Viewing(live, self._about() | about, self._session.settings.steering, quiet=quiet)
         viewing.know(self.steering.controls)
         viewing.judge(lambda call: balancing.policy(call, self._session).name)
+        viewing.resize(self._resize)
         self._viewing = viewing
         return viewing
+
+    def _resize(self, ranks: int) -> None:
+        """Ask the launcher for another number of ranks, in a thread of its own: it answers when it can."""
+        address, run = os.environ.get(LAUNCHER), self._session.settings.log or "the run"
+        if address is None:
+            raise ValueError("the number of ranks changes only under `motes run` and `motes live`")
+        if self._finished:
+            raise ValueError("the run is past its last frame")
+
+        def request() -> None:
+            try:
+                ask(address, Size(ranks), run)
+            except MotesError as error:
+                if (viewing := self._viewing) is not None:
+                    viewing.refuse(str(error))
+
+        threading.Thread(target=request, name="motes-resize", daemon=True).start()
 
     def attach(self, title: str) -> Viewing:
         """Let a notebook show and steer a world of one rank, from its next border on."""
@@ -243,6 +263,7 @@ class Viewers:
         if self._viewing is not None:
             self._viewing.begin_picture()
         self.open_file()
+        row |= self._resized()
         if row:
             self._write_row(row)
             if self._viewing is not None:
@@ -326,7 +347,16 @@ class Viewers:
             "script_sha256": same_script.facts()["sha256"],
             "controls": {name: definition_of(one) for name, one in self.steering.controls.items()},
         }
-        self._steer_file = SteerFile(settings.log, header, continued_from=settings.continued_from)
+        self._steer_file = SteerFile(
+            settings.log, header, ranks=self._session.size, continued_from=settings.continued_from
+        )
+
+    def _resized(self) -> dict[str, Any]:
+        """Return, once, what the record says of another number of ranks than before."""
+        if self._steer_file is None or self._steer_file.resized is None:
+            return {}
+        ranks, self._steer_file.resized = self._steer_file.resized, None
+        return {"resize": ranks}
 
     def _write_row(self, row: dict[str, Any]) -> None:
         self.open_file()

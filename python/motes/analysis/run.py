@@ -9,12 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .._interchange.task_loads import TaskLoads, load_files, read_task_loads
 from .._values import arguments
 from .._values.space import in_a_row
-from ..errors import LogError
+from ..errors import ArgumentError, LogError
 from ._tables import measures, stretches
 from ._tables.schema import TABLES
 from ._tables.tables import frame_of, read_facts, read_table, with_columns
+from .task_tables import facts_of, tables_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -27,21 +29,30 @@ __all__ = ["Run", "open_run"]
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:
-    """Open the log of a run, which may have been killed or may still be running.
+    """Open the log of a run, which may have been killed or may still be running, or another code's loads.
 
     All complete rows are read. Each table is read on first use; columns missing from logs of earlier versions
     are empty.
 
+    Load files of vt and LBAF, one per rank, become a run whose frames are phases. Each task that can migrate
+    has a place in a row and as many particles of its system, "tasks", as it takes `facts["particle_s"]`.
+
     Args:
-        path: a directory that `World(log=...)` wrote.
+        path: a directory that `World(log=...)` wrote; or the directory of load files NAME.RANK.json, plain or
+            compressed with Brotli, DIRECTORY/NAME if there are several, or one of them.
 
     Returns:
         The run.
 
     Raises:
-        LogError: if files are missing or damaged, naming path and line.
+        LogError: if files are missing or damaged, naming path and line, or path and field.
+        MissingExtraError: if load files are compressed, and Brotli is not installed.
     """
     directory = arguments.file_path("path", path)
+    if found := load_files(directory):
+        loads = read_task_loads(found)
+        tables = {name: frame_of(rows, TABLES[name].columns) for name, rows in tables_of(loads).items()}
+        return Run(facts_of(loads), tables, loads=loads)
     return Run(read_facts(directory), {}, path=directory)
 
 
@@ -56,6 +67,8 @@ class Run:
         facts: Mapping[str, Any],
         tables: Mapping[str, DataFrame],
         path: str | os.PathLike[str] | None = None,
+        *,
+        loads: TaskLoads | None = None,
     ) -> None:
         """Set facts and tables; scripts call `motes.open_run`.
 
@@ -64,12 +77,14 @@ class Run:
             tables: tables that are already available, by name: "load", "frames", ...
             path: the log's directory, from which other tables are read when needed; None: there are no other
                 tables.
+            loads: the tasks of another code's run, which a replay cuts; None: the tables are of particles.
         """
         self.facts = dict(facts)
         self.path = None if path is None else Path(path)
         self._given = dict(tables)
         self._read: dict[str, DataFrame] = {}
         self._torn: list[Path] = []
+        self._loads = loads
 
     # --- tables
 
@@ -467,9 +482,10 @@ class Run:
         Args:
             balancer: the other balancer.
             powers: the machines' powers, one per calculator on any scale, if known; None: measured speeds are
-                attributed to the machines. `motes.replay.predict` explains both.
+                attributed to the machines, or, of another code's tasks, to the tasks. `motes.replay.predict`
+                explains both.
             migrant_s: seconds per migrant for each of its two calculators, for example from
-                `motes.cluster.migrant_s(cluster)`. None: as the log tells.
+                `motes.cluster.migrant_s(cluster)`. None: as the log tells; load files do not, so nothing.
 
         Returns:
             A run with the same tables and plots. `frames` also has `t_frame_low_s` and `t_frame_high_s`,
@@ -477,10 +493,18 @@ class Run:
 
         Raises:
             LogError: if the log has no densities.
+            ArgumentError: for a wrong argument, such as `migrant_s` for another code's tasks.
         """
-        from ..replay import predict  # needs the compiled core, unlike the rest
+        from ..replay import predict, predict_tasks  # need the compiled core, unlike the rest
 
-        rows = predict(self, balancer, powers=powers, migrant_s=migrant_s)
+        if self._loads is None:
+            rows = predict(self, balancer, powers=powers, migrant_s=migrant_s)
+        elif migrant_s is None:
+            rows = predict_tasks(self._loads, balancer, powers=powers)
+        else:
+            raise ArgumentError(
+                "migrant_s", migrant_s, "None: load files do not tell what moving a task costs"
+            )
         facts = {
             **self.unchanged.facts,
             "name": f"{self.name} with {balancer!r}",

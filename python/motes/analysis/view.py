@@ -34,6 +34,8 @@ class View:
         self._frames, self._load, self._events, self._times, self._waits = (
             Follower(path / table.file, table.columns) for table in (FRAMES, LOAD, EVENTS, TIMES, WAITS)
         )
+        self.waited: dict[tuple[int, int], float] = {}
+        """Seconds that a rank has waited for another, since the run began."""
         self._forget()
 
     def _forget(self) -> None:
@@ -85,7 +87,14 @@ class View:
             )
             chain = end - start if end > start else end
             self.efficiency = dict(zip(COLUMNS, factors(work, max(seconds), chain), strict=True))
-        for _, now in waits.ended(self._waits.new_rows()):
+        new = self._waits.new_rows()
+        if self._waits.restarted:  # all rows are new: a continued run has written them again
+            self.waited = {}
+        for row in new:
+            if (row.get("waited_for") or 0) >= 0:
+                pair = int(row["rank"]), int(row["waited_for"] or 0)
+                self.waited[pair] = self.waited.get(pair, 0.0) + float(row.get("seconds") or 0.0)
+        for _, now in waits.ended(new):
             waiting = [row for row in now if (row.get("waited_for") or 0) >= 0]
             self.wait = max(waiting, key=lambda row: float(row.get("seconds") or 0.0), default=None)
 

@@ -1,8 +1,13 @@
 """Examine this installation: what it consists of, and whether its parts fit together.
 
   python -m motes doctor
+  python -m motes doctor --hosts h1:2,h2:4
 
 If something is wrong, such as a compiled core that does not load, prints one line per problem; exit code 1.
+
+--hosts measures how fast the ranks of each host are, all at the same time, and prints the `powers=` of
+`Pairwise` that follow: what the paper does by its table of machines. Each host is asked by the remote shell
+that mpirun uses, and must have this Python and motes.
 """
 
 from __future__ import annotations
@@ -26,6 +31,7 @@ from .._launch.files import folder_of_a_job
 from .._mpi.loading import import_mpi, other_libraries, path_of, same_library
 from .._values import environment
 from ..errors import EXTRAS, ArgumentError, MotesError
+from . import hosts
 from .parser import add_json, print_figures
 
 __all__ = ["Report", "configure", "examine", "run"]
@@ -62,6 +68,9 @@ class Report:
     @property
     def text(self) -> str:
         """The report as text."""
+        verdict = [f"problem: {problem}" for problem in self.problems] or ["no problems found"]
+        if "hosts" in self.figures:
+            return "\n".join([*hosts.shown(self.figures), "", *verdict])
         width = max(map(len, self.figures))
         lines = [
             f"{name:<{width}}  {_shown(value)}"
@@ -69,20 +78,24 @@ class Report:
             if name != "environment"
         ]
         lines += ["", *_variables(self.figures.get("environment", {}))]
-        verdict = [f"problem: {problem}" for problem in self.problems] or ["no problems found"]
         return "\n".join([*lines, "", *verdict])
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `doctor`."""
+    parser.add_argument("--hosts", help="measure these hosts, each with the ranks it takes: h1,h2:2")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the report; return 1 if there is a problem, else 0."""
-    report = examine()
+    report = examine() if args.hosts is None else _examine_hosts(args.hosts)
     print_figures(args, {**report.figures, "problems": report.problems}, report.text)
     return 1 if report.problems else 0
+
+
+def _examine_hosts(text: str) -> Report:
+    return Report(*hosts.examine(text))
 
 
 def examine() -> Report:

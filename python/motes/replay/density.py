@@ -118,6 +118,15 @@ class Density:
         return Density(np.zeros(0), np.zeros(0))
 
     @staticmethod
+    def in_cells(counts: npt.ArrayLike) -> Density:
+        """Return the density of particles, (cells,), at the centres of cells that are 1 m wide."""
+        below = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
+        if not below[-1]:
+            return Density.none()
+        x = np.arange(len(below) - 1) + 0.5
+        return Density(np.repeat(x, 2), np.stack([below[:-1], below[1:]], axis=1).ravel())
+
+    @staticmethod
     def of_quantiles(quantiles: Floats, counts: npt.ArrayLike) -> Density:
         """Combine calculators' reports: quantiles (n, q), NaN if no particles, and counts (n,)."""
         counts = np.asarray(counts, np.float64)

@@ -111,14 +111,17 @@ class _System:
         if not self.began:
             self.cuts = self.cuts_before = moment.cuts  # no balancing before there are particles
             self.began = moment.density.total > 0
-        n_start = self.n_end
-        created = moment.births.domains(self.cuts)
         old = moment.density.none() if self.density is None else self.density
-        seconds = _seconds(old, self.cuts_before, moment, powers)
+        n_start, acting_at = self.n_end, self.cuts_before
+        if moment.renewed:
+            old, acting_at = moment.density, self.cuts
+            n_start = old.domains(acting_at)
+        created = moment.births.domains(self.cuts)
+        seconds = _seconds(old, acting_at, moment, powers)
         seconds = seconds + _seconds(moment.births, self.cuts, moment, powers)
         n_end = moment.density.domains(self.cuts)
         processed = n_start + created
-        seconds = seconds + np.where(processed > 0, moment.overhead_s, 0.0)
+        seconds = seconds + np.where(processed > 0, moment.overhead_s, 0.0) + moment.fixed_s
         rescaled = np.where(processed > 0, seconds * n_end / np.maximum(processed, 1), seconds)
         for c, (n, s, newborn) in enumerate(zip(processed, seconds, created, strict=True)):
             self.speeds.add(c, int(n), float(s), int(newborn))
@@ -148,6 +151,12 @@ class _System:
 
     def _flows(self, moment: Moment, moved: int, processed: Counts, n_end: Counts) -> Floats:
         """Return the migrants; as recorded where the cuts are those of the recorded run."""
+        if moment.renewed:  # none moves by itself
+            flows = np.zeros((len(n_end), len(n_end)))
+            source, to, n = moment.density.overlaps(self.cuts_before, self.cuts)
+            np.add.at(flows, (source, to), n)
+            np.fill_diagonal(flows, 0.0)
+            return flows
         if (
             moment.flows is not None
             and _same(self.cuts_before, moment.before)

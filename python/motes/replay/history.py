@@ -88,6 +88,11 @@ class Moment:
     """The recorded run's migrants from each calculator to each other one; None: unknown."""
     guessed: float = 0.0
     """The number of migrants that ways predict for the recorded cuts."""
+    fixed_s: Floats | float = 0.0
+    """Time of other work of each calculator, which no cut changes, (calculators,)."""
+    renewed: bool = False
+    """Whether `density` acts in this frame, divided by its cuts, not what the frame before has left: tasks of
+    another code, whose work changes and which move between frames."""
 
 
 class History(Protocol):

@@ -15,10 +15,10 @@ from .costs import Costs
 from .density import Density
 from .estimate import Estimate
 from .frames import Step, SystemStep, simulate
-from .history import Recorded
+from .history import History, Recorded
 from .tables import Tables
 
-__all__ = ["predict"]
+__all__ = ["Row", "add_rows", "predict"]
 
 Row = dict[str, Any]
 
@@ -77,18 +77,47 @@ def predict(
     rows: dict[str, list[Row]] = {"frames": [], "load": [], "density": [], "balance": []}
     for step in simulate(history, balancer, known):
         estimate.add(step)
-        row = {str(name): value for name, value in recorded.loc[step.frame].items()}
-        rows["frames"].append(_frame_row(history.ranks, step, costs.migrant_bytes / costs.scale, row))
-        for name, axes, system in zip(history.systems, history.axes, step.systems, strict=True):
-            key = {"frame": step.frame, "system": name}
-            rows["load"] += _load_rows(
-                key, history.ranks, tables.hosts, axes, system, costs.migrant_bytes / costs.scale
-            )
-            rows["density"] += _density_rows(key, history.ranks, axes, system)
-            rows["balance"] += _balance_rows(key, history.ranks, system, repr(balancer))
+        add_rows(
+            rows,
+            history,
+            step,
+            repr(balancer),
+            recorded={str(name): value for name, value in recorded.loc[step.frame].items()},
+            hosts=tables.hosts,
+            bytes_each=costs.migrant_bytes / costs.scale,
+        )
     for row, frame_s, low_s, high_s in zip(rows["frames"], *estimate.seconds(), strict=True):
         row["t_frame_s"], row["t_frame_low_s"], row["t_frame_high_s"] = map(float, (frame_s, low_s, high_s))
     return rows
+
+
+def add_rows(
+    rows: dict[str, list[Row]],
+    history: History,
+    step: Step,
+    policy: str,
+    *,
+    recorded: Row,
+    hosts: Mapping[int, str] | None = None,
+    bytes_each: float = 0.0,
+) -> None:
+    """Add a simulated frame to the rows of all tables.
+
+    Args:
+        rows: rows by name of the table.
+        history: what was simulated.
+        step: the frame.
+        policy: the balancer, as text.
+        recorded: columns of `frames` that the replay does not change.
+        hosts: each rank's host.
+        bytes_each: bytes of a migrant.
+    """
+    rows["frames"].append(_frame_row(history.ranks, step, bytes_each, recorded))
+    for name, axes, system in zip(history.systems, history.axes, step.systems, strict=True):
+        key = {"frame": step.frame, "system": name}
+        rows["load"] += _load_rows(key, history.ranks, hosts or {}, axes, system, bytes_each)
+        rows["density"] += _density_rows(key, history.ranks, axes, system)
+        rows["balance"] += _balance_rows(key, history.ranks, system, policy)
 
 
 def _frame_row(ranks: Sequence[int], step: Step, bytes_each: float, recorded: Row) -> Row:

@@ -209,10 +209,8 @@ class Mesh(Shape):
         file = arguments.file_path("path", path)
         if file.suffix.lower() not in writing.SUFFIXES:
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(writing.SUFFIXES)}")
-        pose = self._numbers[:7]
-        points, corners = self.vertices, self.triangles
-        shown = _smooth_normals(points, corners, _places(points)) if self.smooth else self.normals
-        writing.write(file, writing.placed(pose, points, corners, shown, self.uv, self.colors))
+        arrays = (self.vertices, self.triangles, shown_normals(self), self.uv, self.colors)
+        writing.write(file, writing.placed(pose_of(self), *arrays))
 
     def at(
         self,
@@ -477,3 +475,20 @@ def with_colors(mesh: Mesh, colors: NDArray[np.float32]) -> Mesh:
 def content_of(mesh: Mesh) -> int:
     """Return the engine's key for a mesh's vertices, triangles, colours and density."""
     return mesh._content
+
+
+def origin_of(mesh: Mesh) -> int:
+    """Return the engine's key for the mesh from which this one was deformed, or its own."""
+    return mesh._origin
+
+
+def pose_of(mesh: Mesh) -> tuple[float, ...]:
+    """Return where a mesh is: position, m, and rotation as a quaternion (w, x, y, z)."""
+    return mesh._numbers[:7]
+
+
+def shown_normals(mesh: Mesh) -> NDArray[np.float32] | None:
+    """Return the directions by which the vertices of a mesh are shaded, in its own axes; None: it is flat."""
+    if not mesh.smooth:
+        return mesh.normals
+    return _smooth_normals(mesh.vertices, mesh.triangles, _places(mesh.vertices))

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from motes.balance import Balancer
-from motes.replay import simulate
+from motes.replay import History, simulate
 
-from ..workloads import Planned, Workload
+from ..workloads import Workload
 from .machines import BYTES, Machine
 
 __all__ = ["Bounds", "Score", "Track", "name_of", "scored"]
@@ -97,8 +97,11 @@ class Bounds:
         """Seconds of each frame if all calculators took equally long, (frames,)."""
         calculators = len(self.speeds)
         rates = [self.speeds * self.workload.slowdown(k, calculators) for k in range(self.workload.frames)]
-        acting = [self.workload.acting(k).sum() for k in range(self.workload.frames)]
-        return np.array([n / rate.sum() for n, rate in zip(acting, rates, strict=True)])
+        work = [
+            self.workload.acting(k).sum() + self.workload.fixed_s(k, self.speeds) @ rate
+            for k, rate in enumerate(rates)
+        ]
+        return np.array([n / rate.sum() for n, rate in zip(work, rates, strict=True)])
 
 
 class Track(Bounds):
@@ -115,9 +118,9 @@ class Track(Bounds):
         self.machine = machine
 
     @cached_property
-    def history(self) -> Planned:
+    def history(self) -> History:
         """The workload as a history for replay."""
-        return Planned(self.workload, self.speeds)
+        return self.workload.history(self.speeds)
 
     def play(self, balancer: Balancer, name: str = "") -> Score:
         """Play the workload under a balancer, like `motes.replay`, and score it.

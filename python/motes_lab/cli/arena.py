@@ -4,6 +4,10 @@
   python -m motes arena --workload step wave --balancer PrefixCuts mine.py:Mine --cluster thousand
   python -m motes arena --workload pic_geometric --ranks 4
   python -m motes arena --league league.jsonl
+  python -m motes arena --workload DIRECTORY
+
+A directory has load files of vt or LBAF, one per rank: their tasks play on as many equal machines. --frames
+beyond their phases repeat the last one.
 
 Scores on virtual machines are the same in each repeat. A league alone is only read and ranked.
 """
@@ -12,16 +16,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from motes.cli.parser import add_json, positive, print_figures
 from motes.errors import ArgumentError, MotesError
+from motes.replay import load_files
 
 from .._engine import extras
 from ..arena import players, table
 from ..arena.machines import MACHINES, Machine, machine
 from ..arena.score import Score, Track
-from ..workloads import WORKLOADS, workload
+from ..workloads import WORKLOADS, Tasks, workload
 
 __all__ = ["configure", "run"]
 
@@ -41,9 +47,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         *("--workload", "-w"),
         nargs="+",
         action="extend",
-        choices=WORKLOADS,
         metavar="W",
-        help=f"workloads: {', '.join(WORKLOADS)} (all of them)",
+        help=f"workloads: {', '.join(WORKLOADS)} (all of them), or load files of another code",
     )
     parser.add_argument(
         *("--balancer", "-b"),
@@ -87,9 +92,12 @@ def run(args: argparse.Namespace) -> int:
         table.require_parquet(args.league)
         if not (args.workload or args.balancer or args.ranks or args.cluster):
             return _ranked(args)
+    games = {name: _tasks(args, name) for name in args.workload or WORKLOADS}
     scores: list[Score] = []
-    for name in args.workload or WORKLOADS:
-        if args.ranks:
+    for name, tasks in games.items():
+        if tasks is not None:
+            scores += _on_tasks(args, tasks)
+        elif args.ranks:
             scores += _on_ranks(args, name)
         else:
             for one in args.cluster or ("paper", "two_kinds"):
@@ -119,6 +127,29 @@ def _ranked(args: argparse.Namespace) -> int:
     return 0 if all(row["verified"] for row in rows) else 1
 
 
+def _tasks(args: argparse.Namespace, name: str) -> Tasks | None:
+    """Return the tasks of load files; None if this is the name of a made load."""
+    if name in WORKLOADS:
+        return None
+    if not load_files(Path(name)):
+        allowed = f"{', '.join(WORKLOADS)}, or a directory of load files"
+        raise ArgumentError("workload", name, allowed, known=WORKLOADS)
+    for option in ("ranks", "particles"):
+        if getattr(args, option):
+            raise MotesError(f"--{option} is for made loads, but {name} has load files of another code")
+    return Tasks(name, frames=args.frames)
+
+
+def _on_tasks(args: argparse.Namespace, tasks: Tasks) -> list[Score]:
+    """Play tasks on equal machines, as many as there are files, or on those of clusters; moving is free."""
+    equal = Machine("equal ranks", (1.0,) * tasks.ranks, tasks.particle_s, 0.0, 0.0, 0.0, 0.0)
+    machines = [
+        replace(machine(one), particle_s=tasks.particle_s, leave_s=0.0, arrive_s=0.0, byte_s=0.0)
+        for one in args.cluster or ()
+    ] or [equal]
+    return [score for one in machines for score in _played(args, Track(tasks, one))]
+
+
 def _on_machine(args: argparse.Namespace, name: str, where: Machine) -> list[Score]:
     ranks = len(where.speeds)
     game = workload(
@@ -127,9 +158,13 @@ def _on_machine(args: argparse.Namespace, name: str, where: Machine) -> list[Sco
         cells=max(CELLS, CELLS_EACH * ranks),
         particles=(args.particles or EACH) * ranks,
     )
-    track = Track(game, where)
+    return _played(args, Track(game, where))
+
+
+def _played(args: argparse.Namespace, track: Track) -> list[Score]:
+    speeds, move_cost = track.machine.speeds, track.machine.move_cost
     named = args.balancer or players.FIELD
-    return [track.play(players.player(text, where.speeds, where.move_cost), text) for text in named]
+    return [track.play(players.player(text, speeds, move_cost), text) for text in named]
 
 
 def _on_ranks(args: argparse.Namespace, name: str) -> list[Score]:

@@ -12,7 +12,7 @@ To play one in a script::
         assert pic.verify(system.gather(to="all"), 20)
 
 Each provides `counts(frame)`, `optimum(frame, speeds)` and the methods used in this script; `python -m motes
-arena` plays balancers on them.
+arena` plays balancers on them. `Tasks` has what another code measured; no script plays it.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from .history import Planned
 from .loads import HotSpots, Noise, SlowRank, Step, Wave
 from .optimum import Best, best_cuts
 from .pic import DISTRIBUTIONS, Pic
+from .tasks import Tasks
 
 __all__ = [
     "WORKLOADS",
@@ -37,6 +38,7 @@ __all__ = [
     "Planned",
     "SlowRank",
     "Step",
+    "Tasks",
     "Wave",
     "Workload",
     "best_cuts",

@@ -17,6 +17,7 @@ from .optimum import Best, best_cuts
 
 if TYPE_CHECKING:
     from motes import Particles, System
+    from motes.replay import History
 
 __all__ = ["Workload", "laid", "vector"]
 
@@ -43,6 +44,7 @@ class Workload:
 
     name = ""
     disturbed = False
+    _last: tuple[Any, Best] = (None, Best(np.zeros(0, np.int64), 0.0))  # often the next is equal
 
     def __init__(self, *, frames: int = 60, cells: int = 1000, particles: int = 200_000) -> None:
         """Make the workload.
@@ -55,7 +57,6 @@ class Workload:
         self.frames = arguments.integer("frames", frames, low=2, high=10**6)
         self.cells = arguments.integer("cells", cells, low=32, high=2**22)
         self.particles = arguments.integer("particles", particles, low=1, high=2**40)
-        self._last: tuple[Any, Best] = (None, Best(np.zeros(0, np.int64), 0.0))  # often the next is equal
 
     @abstractmethod
     def born(self, frame: int) -> Counts | None:
@@ -118,6 +119,25 @@ class Workload:
         """
         return self._sheets[frame][1]
 
+    def fixed_s(self, frame: int, speeds: npt.ArrayLike) -> Floats:
+        """Return each calculator's seconds of other work in a frame, which no cut changes, (calculators,).
+
+        Args:
+            frame: frame index, from 0.
+            speeds: particles per second of each undisturbed calculator.
+        """
+        return np.zeros(len(np.asarray(speeds)))
+
+    def history(self, speeds: npt.ArrayLike) -> History:
+        """Return the workload on these machines as a history for `motes.replay.simulate`.
+
+        Args:
+            speeds: particles per second of each undisturbed calculator.
+        """
+        from .history import Planned
+
+        return Planned(self, speeds)
+
     def optimum(self, frame: int, speeds: npt.ArrayLike) -> Best:
         """Return a frame's best cuts, and the seconds of its slowest calculator with them.
 
@@ -127,10 +147,10 @@ class Workload:
         """
         rates = np.asarray(speeds, np.float64)
         rates = rates * self.slowdown(frame, len(rates))
-        counts = self.acting(frame)
-        key = (counts.tobytes(), rates.tobytes())
+        counts, fixed_s = self.acting(frame), self.fixed_s(frame, speeds)
+        key = (counts.tobytes(), rates.tobytes(), fixed_s.tobytes())
         if key != self._last[0]:
-            self._last = key, best_cuts(counts, rates)
+            self._last = key, best_cuts(counts, rates, fixed_s)
         return self._last[1]
 
     @property

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from motes.replay.density import Density
 from motes.replay.history import Moment
 
-from .base import Counts, Workload
+from .base import Workload
 
 __all__ = ["Planned"]
 
@@ -47,15 +47,9 @@ class Planned:
         """
         speeds = self._speeds * self._workload.slowdown(k, len(self._speeds))
         if k not in self._places:
-            self._places[k] = _in_cells(self._workload.counts(k)), _in_cells(self._workload.births(k))
+            self._places[k] = (
+                Density.in_cells(self._workload.counts(k)),
+                Density.in_cells(self._workload.births(k)),
+            )
         density, births = self._places[k]
         return Moment(density, births, 0, self._cuts, speeds, np.zeros(len(speeds)))
-
-
-def _in_cells(counts: Counts) -> Density:
-    """Return the density of particles at the centres of their cells."""
-    below = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
-    x = np.arange(len(counts)) + 0.5
-    if not below[-1]:
-        return Density.none()
-    return Density(np.repeat(x, 2), np.stack([below[:-1], below[1:]], axis=1).ravel())

@@ -28,7 +28,7 @@ class Best(NamedTuple):
     seconds: float
 
 
-def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
+def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike, fixed_s: npt.ArrayLike | None = None) -> Best:
     """Divide a row of cells among a row of calculators to minimise the slowest calculator's time.
 
     The result is exact. For a bound on the time, a greedy pass gives each calculator as many cells as fit.
@@ -39,12 +39,13 @@ def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
     Args:
         counts: particles in each cell, integers (cells,).
         speeds: particles per second of each calculator, above 0, in the order of their domains.
+        fixed_s: seconds of other work of each calculator, which no cut changes; None: there is none.
 
     Returns:
         Where each calculator's run of cells begins, and the time of the slowest calculator.
 
     Raises:
-        ArgumentError: for negative counts, or speeds that are not positive.
+        ArgumentError: for negative counts or seconds, or speeds that are not positive.
     """
     whole = np.asarray(counts, np.int64)
     rates = np.asarray(speeds, np.float64)
@@ -52,10 +53,15 @@ def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
         raise ArgumentError("counts", counts, "a list of whole numbers >= 0")
     if rates.ndim != 1 or not len(rates) or not (np.isfinite(rates) & (rates > 0)).all():
         raise ArgumentError("speeds", speeds, "a list of finite numbers above 0")
+    other = np.zeros(len(rates)) if fixed_s is None else np.asarray(fixed_s, np.float64)
+    if other.shape != rates.shape or not (np.isfinite(other) & (other >= 0)).all():
+        raise ArgumentError("fixed_s", fixed_s, "a list of seconds >= 0, one per calculator")
     below = [0, *np.cumsum(whole).tolist()]
-    machines = rates.tolist()
-    starts, enough = [len(whole)] * (len(machines) - 1), below[-1] / machines[0]  # the first takes all cells
-    least = below[-1] / sum(machines) * (1 - 1e-9)
+    machines = list(zip(rates.tolist(), other.tolist(), strict=True))
+    starts = [len(whole)] * (len(machines) - 1)  # the first takes all cells
+    enough = max(below[-1] / rates[0] + other[0], float(other.max()))
+    even = (below[-1] + float(other @ rates)) / float(rates.sum())
+    least = max(even * (1 - 1e-9), float(other.max()))
     while least < enough:
         bound = (least + enough) / 2
         if not least < bound < enough:
@@ -66,22 +72,22 @@ def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
         else:
             starts = ends[:-1]
             runs = zip([0, *starts], ends, machines, strict=True)
-            enough = max((below[end] - below[start]) / rate for start, end, rate in runs)
+            enough = max((below[end] - below[start]) / rate + more for start, end, (rate, more) in runs)
     return Best(np.array(starts, np.int64), enough)
 
 
-def _reach(below: list[int], machines: list[float], bound: float) -> tuple[list[int], float]:
-    """Give each calculator as many cells as it can process within the bound.
+def _reach(below: list[int], machines: list[tuple[float, float]], bound: float) -> tuple[list[int], float]:
+    """Give each calculator, (speed, seconds of other work), as many cells as it can process within the bound.
 
     Returns the end of each calculator's run, and the smallest larger bound that would extend one of them.
     """
     ends, longer, end, last = [], math.inf, 0, len(below) - 1
-    for rate in machines:
+    for rate, other in machines:
         start = below[end]
-        most = math.floor(bound * rate)
-        while (most + 1) / rate <= bound:
+        most = math.floor((bound - other) * rate)
+        while (most + 1) / rate + other <= bound:
             most += 1
-        while most / rate > bound:
+        while most / rate + other > bound:
             most -= 1
         end = bisect_right(below, start + most, end) - 1
         ends.append(end)

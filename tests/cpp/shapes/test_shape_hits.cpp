@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <random>
 #include <vector>
 
 #include "support/check.h"
@@ -219,6 +221,56 @@ TEST(no_particle_slips_through_a_surface) {
   check_no_leak(shapes::unite({kCylinder, {Kind::sphere, {-3, -3, 0, 2, 0}}}), 0.01f);
   check_no_leak({Kind::cylinder, {-1, -2, 0, 1, 2, 1, 2, 0}}, 0.5f);  // several hits per step
   check_no_leak({Kind::cone, {0, 3, 0, 0, -2, 1, 4, 0}}, 0.5f);
+}
+
+// A path that the first, cheap test calls clear of a box is clear by the exact one, too, whatever is rounded.
+TEST(paths_clear_of_a_box_meet_none_of_its_faces) {
+  const float least = std::numeric_limits<float>::denorm_min();
+  const std::vector<std::array<float, 6>> boxes = {
+      {-10, 0, -10, 10, 10, 10},     {99990, -3, 1e5f, 100010, 5, 100000.5f}, {0, 0, 0, 0, 0, 0},
+      {-1, 2, -1, 1, 2, 1},          {1000, 0, 0, 1000.001f, 1e-3f, 1e-3f},   {-1e30f, -1e30f, 0, 1e30f, 1e30f, 1},
+      {0, 0, 0, least, least, least}};
+  std::mt19937 dice(1);
+  const auto pick = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(dice); };
+  const auto sized = [&](double low, double high) { return std::copysign(std::pow(10, pick(low, high)), pick(-1, 1)); };
+  constexpr std::size_t kPaths = 16384;
+  for (const auto& box : boxes) {
+    Shape shape{Kind::box, {}};
+    std::copy(box.begin(), box.end(), shape.number);
+    std::vector<std::vector<float>> x(3, std::vector<float>(kPaths)), v = x;
+    for (std::size_t i = 0; i < kPaths; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double face = box[dice() % 2 * 3 + c], size = std::abs(face) + 1e-6;
+        x[c][i] = static_cast<float>(dice() % 4 == 0 ? face : face + sized(-8, 1) * size);
+        v[c][i] = static_cast<float>(dice() % 8 == 0 ? 0 : sized(-7, 2) * size);
+        // As many end at a face.
+        if (dice() % 4 == 0) v[c][i] = (static_cast<float>(face) - x[c][i]) * 24;
+      }
+    }
+    const float* p[3] = {x[0].data(), x[1].data(), x[2].data()};
+    const float* d[3] = {v[0].data(), v[1].data(), v[2].data()};
+    std::vector<float> exact(kPaths), first(kPaths);
+    for (const auto* build : test::function_builds()) {
+      build->nears(shape, p, d, 1.0f / 24, kPaths, exact.data(), first.data());
+      CHECK(std::count(exact.begin(), exact.end(), 1.0f) > 100);
+      for (std::size_t i = 0; i < kPaths; ++i) CHECK(first[i] >= exact[i]);
+    }
+  }
+}
+
+// Far from the box and deep inside it, the first test is enough.
+TEST(paths_far_from_the_faces_of_a_box_are_clear) {
+  const Shape box{Kind::box, {-10, 0, -10, 10, 10, 10}};
+  const std::vector<float> x(16, 0), high(16, 12), low(16, 5), v(16, 24);  // one metre per step
+  const float *above[3] = {x.data(), high.data(), x.data()}, *within[3] = {x.data(), low.data(), x.data()};
+  const float* d[3] = {v.data(), v.data(), v.data()};
+  std::vector<float> exact(16), first(16);
+  for (const auto* build : test::function_builds()) {
+    for (const auto* p : {above, within}) {
+      build->nears(box, p, d, 1.0f / 24, 16, exact.data(), first.data());
+      CHECK(std::count(first.begin(), first.end(), 0.0f) == 16);
+    }
+  }
 }
 
 }  // namespace motes::test_shape_hits

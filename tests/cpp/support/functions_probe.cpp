@@ -49,11 +49,22 @@ void hits(const shapes::Shape& shape, const float* const* p, const float* const*
   });
 }
 
+void nears(const shapes::Shape& box, const float* const* p, const float* const* velocity, float dt, std::size_t count,
+           float* exact, float* first) {
+  const BoxLanes lanes = BoxLanes::from(box);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Floats3 x = load3(p, i), v = load3(velocity, i);
+    store(exact + i, only(lanes.may_meet(x, x + v * dt), all(1.0f)));
+    store(first + i, only(lanes.clear().may_meet(x, v, dt), all(1.0f)));
+  }
+}
+
 }  // namespace
 
 extern const test::FunctionsProbe functions_probe;
-const test::FunctionsProbe functions_probe = {
-    one<sin>,   one<cos>, one<exp>,   one<exp2>,  one<log>,    one<asin>, one<acos>, one<natural_log>,
-    one<floor>, two<pow>, two<atan2>, two<power>, two<modulo>, curls,     noises,    hits};
+const test::FunctionsProbe functions_probe = {one<sin>,   one<cos>,   one<exp>,         one<exp2>,  one<log>,
+                                              one<asin>,  one<acos>,  one<natural_log>, one<floor>, two<pow>,
+                                              two<atan2>, two<power>, two<modulo>,      curls,      noises,
+                                              hits,       nears};
 
 }  // namespace motes::MOTES_ISA

@@ -24,6 +24,10 @@ struct FunctionsProbe {
   /// Shape::hit of the paths from p to p + path; part is below 0 if there is no hit.
   void (*hit)(const motes::shapes::Shape&, const float* const* p, const float* const* path, std::size_t count,
               float* part, float* const* normal);
+
+  /// Where the paths of velocities may meet a box's faces, by the exact test of both ends and by the first one: 1 or 0.
+  void (*nears)(const motes::shapes::Shape& box, const float* const* p, const float* const* velocity, float dt,
+                std::size_t count, float* exact, float* first);
 };
 
 }  // namespace test

@@ -167,7 +167,7 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --help                this text
 
 Exit code: 0; 1 if the run failed; 2 if the scene or an argument is wrong.
-Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (the longest wait for a rank's answer, in seconds),
+Environment: MOTES_SIMD (sse2, avx2, avx512, neon), MOTES_STALL_S (the longest wait for a rank's answer, in seconds),
 MOTES_SPEEDS (2:1.0,3:0.5: rank 3 spends as much time as a machine of half the speed would).
 )text";
 }

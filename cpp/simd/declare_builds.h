@@ -12,4 +12,7 @@
   }                                       \
   namespace motes::avx512 {               \
   extern const Table name;                \
+  }                                       \
+  namespace motes::neon {                 \
+  extern const Table name;                \
   }

@@ -18,6 +18,8 @@ MOTES_INLINE Doubles low_half(Floats v) {
   return (Doubles)_mm256_cvtps_pd(_mm256_castps256_ps128((__m256)v));
 #elif MOTES_WIDTH == 128
   return (Doubles)_mm_cvtps_pd((__m128)v);
+#elif MOTES_NEON
+  return (Doubles)vcvt_f64_f32(vget_low_f32((float32x4_t)v));
 #else
   Doubles d;
   for (std::size_t i = 0; i < kHalf; ++i) d[i] = v[i];
@@ -32,6 +34,8 @@ MOTES_INLINE Doubles high_half(Floats v) {
   return (Doubles)_mm256_cvtps_pd(_mm256_extractf128_ps((__m256)v, 1));
 #elif MOTES_WIDTH == 128
   return (Doubles)_mm_cvtps_pd(_mm_movehl_ps((__m128)v, (__m128)v));
+#elif MOTES_NEON
+  return (Doubles)vcvt_high_f64_f32((float32x4_t)v);
 #else
   Doubles d;
   for (std::size_t i = 0; i < kHalf; ++i) d[i] = v[kHalf + i];
@@ -48,6 +52,8 @@ MOTES_INLINE Floats join(Doubles low, Doubles high) {
   return (Floats)_mm256_set_m128(_mm256_cvtpd_ps((__m256d)high), _mm256_cvtpd_ps((__m256d)low));
 #elif MOTES_WIDTH == 128
   return (Floats)_mm_movelh_ps(_mm_cvtpd_ps((__m128d)low), _mm_cvtpd_ps((__m128d)high));
+#elif MOTES_NEON
+  return (Floats)vcvt_high_f32_f64(vcvt_f32_f64((float64x2_t)low), (float64x2_t)high);
 #else
   Floats v;
   for (std::size_t i = 0; i < kHalf; ++i) {
@@ -77,6 +83,8 @@ MOTES_INLINE Doubles sqrt(Doubles v) {
   return (Doubles)_mm256_sqrt_pd((__m256d)v);
 #elif MOTES_WIDTH == 128
   return (Doubles)_mm_sqrt_pd((__m128d)v);
+#elif MOTES_NEON
+  return (Doubles)vsqrtq_f64((float64x2_t)v);
 #else
   for (std::size_t i = 0; i < kHalf; ++i) v[i] = __builtin_sqrt(v[i]);
   return v;

@@ -28,6 +28,8 @@ MOTES_INLINE bool any(Longs mask) {
   return _mm256_movemask_pd((__m256d)mask) != 0;
 #elif MOTES_WIDTH == 128
   return _mm_movemask_pd((__m128d)mask) != 0;
+#elif MOTES_NEON
+  return vmaxvq_u32((uint32x4_t)mask) != 0;
 #else
   std::int64_t bits = 0;
   for (std::size_t i = 0; i < kHalf; ++i) bits |= mask[i];

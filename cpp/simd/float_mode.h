@@ -2,6 +2,8 @@
 // process may have switched denormal numbers off for everything in it.
 #pragma once
 
+#include <cstdint>
+
 #if defined(__x86_64__)
 #include <xmmintrin.h>
 #endif
@@ -14,6 +16,12 @@ class FloatMode {
 #if defined(__x86_64__)
   FloatMode() : before_(_mm_getcsr()) { _mm_setcsr(0x1F80); }
   ~FloatMode() { _mm_setcsr(before_); }
+#elif defined(__aarch64__)
+  FloatMode() {
+    asm volatile("mrs %0, fpcr" : "=r"(before_));
+    set(0);
+  }
+  ~FloatMode() { set(before_); }
 #else
   FloatMode() = default;
   ~FloatMode() = default;
@@ -24,6 +32,10 @@ class FloatMode {
  private:
 #if defined(__x86_64__)
   unsigned before_;
+#elif defined(__aarch64__)
+  static void set(std::uint64_t mode) { asm volatile("msr fpcr, %0" : : "r"(mode) : "memory"); }
+
+  std::uint64_t before_;
 #endif
 };
 

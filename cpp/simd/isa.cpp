@@ -24,8 +24,11 @@ bool supports(Isa isa) {
              __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
              __builtin_cpu_supports("avx512bw");
     case Isa::avx2: return __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("avx2");
-    default: return true;
+    case Isa::sse2: return true;
+    default: return false;
   }
+#elif defined(__aarch64__) && !defined(MOTES_GENERIC)
+  return isa == Isa::neon;
 #else
   return isa == Isa::sse2;  // the portable build, four lanes
 #endif
@@ -41,7 +44,7 @@ std::string names(bool (*has)(Isa)) {
 }
 
 Isa widest() {
-  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse2}) {
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::neon, Isa::sse2}) {
     if (offers(isa)) return isa;
   }
   throw std::invalid_argument("the kernels are compiled for " + names(compiled) + ", but this processor supports " +
@@ -57,7 +60,7 @@ Isa decide() {
     const std::string why = supports(isa) ? ": the kernels are compiled for " : ": this processor supports ";
     throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + why + names(supports(isa) ? compiled : supports));
   }
-  throw base::InvalidArgument("MOTES_SIMD", "be sse2, avx2 or avx512", "'" + std::string(wish) + "'");
+  throw base::InvalidArgument("MOTES_SIMD", "be sse2, avx2, avx512 or neon", "'" + std::string(wish) + "'");
 }
 
 }  // namespace
@@ -81,6 +84,7 @@ std::string_view name(Isa isa) {
   switch (isa) {
     case Isa::avx512: return "avx512";
     case Isa::avx2: return "avx2";
+    case Isa::neon: return "neon";
     default: return "sse2";
   }
 }

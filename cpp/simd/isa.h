@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <iterator>
 #include <string_view>
 
 namespace motes::simd {
 
-enum class Isa { sse2, avx2, avx512 };
-inline constexpr Isa kIsas[] = {Isa::sse2, Isa::avx2, Isa::avx512};
+enum class Isa { sse2, avx2, avx512, neon };
+inline constexpr Isa kIsas[] = {Isa::sse2, Isa::avx2, Isa::avx512, Isa::neon};
 
 /// Returns the widest set that this process can run, or the one named by MOTES_SIMD. Decided once per process. Throws
 /// std::invalid_argument if MOTES_SIMD names an unknown set, or one that this process cannot run.
@@ -26,7 +27,7 @@ bool fetches_ahead();
 
 /// Returns the build for isa() from those that MOTES_BUILDS(table) (written by isas.cmake) lists.
 template <class Table>
-const Table& choose(const Table* const (&builds)[3]) {
+const Table& choose(const Table* const (&builds)[std::size(kIsas)]) {
   return *builds[static_cast<std::size_t>(isa())];
 }
 

@@ -12,11 +12,14 @@ set(MOTES_FLAGS_avx512 -mbmi2 -mavx512f -mavx512dq -mavx512vl -mavx512bw)
 set(MOTES_LANES_sse2 4)
 set(MOTES_LANES_avx2 8)
 set(MOTES_LANES_avx512 16)
+set(MOTES_LANES_neon 4)
 
 # If there is nothing to choose from, sse2 is the name of the portable build of four lanes.
 set(MOTES_BUILT_ISAS sse2)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT MOTES_GENERIC)
   list(APPEND MOTES_BUILT_ISAS avx2 avx512)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64" AND NOT MOTES_GENERIC)
+  set(MOTES_BUILT_ISAS neon)  # which all of these processors have
 endif()
 if(NOT MOTES_ISAS STREQUAL "all")
   execute_process(COMMAND ${CMAKE_CXX_COMPILER} -march=native -dM -E -x c++ /dev/null
@@ -40,7 +43,7 @@ endif()
 file(CONFIGURE OUTPUT cpp/generated/simd/generic.h CONTENT "#pragma once\n#cmakedefine MOTES_GENERIC\n" @ONLY)
 set(tables "")
 set(compiled "")
-foreach(isa sse2 avx2 avx512)
+foreach(isa sse2 avx2 avx512 neon)
   if(isa IN_LIST MOTES_BUILT_ISAS)
     list(APPEND tables "&motes::${isa}::table")
     list(APPEND compiled true)

@@ -16,7 +16,14 @@ MOTES_INTEGERS(Uints, interleave_low, unpacklo_epi32)
 MOTES_INTEGERS(Uints, interleave_high, unpackhi_epi32)
 MOTES_INTEGERS(Uints, interleave_low_pairs, unpacklo_epi64)
 MOTES_INTEGERS(Uints, interleave_high_pairs, unpackhi_epi64)
+#elif MOTES_NEON
+MOTES_INLINE Uints interleave_low(Uints a, Uints b) { return __builtin_shufflevector(a, b, 0, 4, 1, 5); }
+MOTES_INLINE Uints interleave_high(Uints a, Uints b) { return __builtin_shufflevector(a, b, 2, 6, 3, 7); }
+MOTES_INLINE Uints interleave_low_pairs(Uints a, Uints b) { return __builtin_shufflevector(a, b, 0, 1, 4, 5); }
+MOTES_INLINE Uints interleave_high_pairs(Uints a, Uints b) { return __builtin_shufflevector(a, b, 2, 3, 6, 7); }
+#endif
 
+#if MOTES_WIDTH != 0 || MOTES_NEON
 /// Transposes each group of four lanes: lane 4 * p + r of vector c becomes lane 4 * p + c of vector r.
 MOTES_INLINE FourWords transposed(const FourWords& v) {
   const Uints first = interleave_low(v.word[0], v.word[1]), second = interleave_low(v.word[2], v.word[3]);
@@ -32,7 +39,7 @@ struct Quads {
 };
 MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
   Quads quads;
-#if MOTES_WIDTH != 0
+#if MOTES_WIDTH != 0 || MOTES_NEON
   // Part p of row r has the four words of lane 4 * p + r.
   const FourWords rows = transposed({{a, b, c, d}});
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -89,6 +96,15 @@ template <int kWords, class At>
 MOTES_INLINE FourWords load_each(const At& at) {
 #if MOTES_WIDTH != 0
   return transposed(load_rows<kWords>(at));
+#elif MOTES_NEON
+  FourWords rows;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    std::uint64_t first, last = 0;
+    __builtin_memcpy(&first, at(lane), sizeof first);
+    __builtin_memcpy(&last, reinterpret_cast<const unsigned char*>(at(lane)) + sizeof first, 4 * (kWords - 2));
+    rows.word[lane] = (Uints)vcombine_u64(vcreate_u64(first), vcreate_u64(last));
+  }
+  return transposed(rows);
 #else
   FourWords v{};
   for (std::size_t lane = 0; lane < kLanes; ++lane) {

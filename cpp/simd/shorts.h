@@ -23,6 +23,21 @@ MOTES_INTEGERS(Shorts, max_shorts, max_epi16)
 /// The upper halves of products of signed and of unsigned numbers.
 MOTES_INTEGERS(Shorts, multiply_high, mulhi_epi16)
 MOTES_INTEGERS(Shorts, multiply_high_unsigned, mulhi_epu16)
+#elif MOTES_NEON
+MOTES_INLINE Shorts add_saturating(Shorts a, Shorts b) { return (Shorts)vqaddq_s16((int16x8_t)a, (int16x8_t)b); }
+MOTES_INLINE Shorts subtract_to_zero(Shorts a, Shorts b) { return (Shorts)vqsubq_u16((uint16x8_t)a, (uint16x8_t)b); }
+MOTES_INLINE Shorts min_shorts(Shorts a, Shorts b) { return (Shorts)vminq_s16((int16x8_t)a, (int16x8_t)b); }
+MOTES_INLINE Shorts max_shorts(Shorts a, Shorts b) { return (Shorts)vmaxq_s16((int16x8_t)a, (int16x8_t)b); }
+MOTES_INLINE Shorts multiply_high(Shorts a, Shorts b) {
+  const auto x = (int16x8_t)a, y = (int16x8_t)b;
+  const int32x4_t low = vmull_s16(vget_low_s16(x), vget_low_s16(y)), high = vmull_high_s16(x, y);
+  return (Shorts)vuzp2q_s16((int16x8_t)low, (int16x8_t)high);
+}
+MOTES_INLINE Shorts multiply_high_unsigned(Shorts a, Shorts b) {
+  const auto x = (uint16x8_t)a, y = (uint16x8_t)b;
+  const uint32x4_t low = vmull_u16(vget_low_u16(x), vget_low_u16(y)), high = vmull_high_u16(x, y);
+  return (Shorts)vuzp2q_u16((uint16x8_t)low, (uint16x8_t)high);
+}
 #else
 template <class Do>
 MOTES_INLINE Shorts each_short(Shorts a, Shorts b, const Do& what) {
@@ -63,6 +78,9 @@ MOTES_INLINE void store_narrow(Number* to, Ints v) {
   _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm256_castsi256_si128(_mm256_permute4x64_epi64(pairs, 0x08)));
 #elif MOTES_WIDTH == 128
   _mm_storel_epi64(reinterpret_cast<__m128i*>(to), _mm_packs_epi32((__m128i)v, (__m128i)v));
+#elif MOTES_NEON
+  const int16x4_t narrow = vmovn_s32((int32x4_t)v);
+  __builtin_memcpy(to, &narrow, sizeof narrow);
 #else
   for (std::size_t i = 0; i < kLanes; ++i) to[i] = static_cast<Number>(v[i]);
 #endif
@@ -100,6 +118,8 @@ MOTES_INLINE void store_thirds(std::uint16_t* to, Ints a, Ints b, Ints c) {
     const Uints& four = lane % 4 < 2 ? lower : upper;
     __builtin_memcpy(to + 3 * lane, reinterpret_cast<const std::uint64_t*>(&four) + lane / 4 * 2 + lane % 2, 8);
   }
+#elif MOTES_NEON
+  vst3_u16(to, {{vmovn_u32((uint32x4_t)a), vmovn_u32((uint32x4_t)b), vmovn_u32((uint32x4_t)c)}});
 #else
   for (std::size_t i = 0; i < kLanes; ++i) {
     to[3 * i] = static_cast<std::uint16_t>(a[i]);
@@ -153,6 +173,8 @@ MOTES_INLINE Uints pair_sums(Shorts v) {
   return (Uints)_mm256_madd_epi16((__m256i)v, _mm256_set1_epi16(1));
 #elif MOTES_WIDTH == 128
   return (Uints)_mm_madd_epi16((__m128i)v, _mm_set1_epi16(1));
+#elif MOTES_NEON
+  return (Uints)vpaddlq_s16((int16x8_t)v);
 #else
   Uints sums;
   for (std::size_t i = 0; i < kLanes; ++i) sums[i] = static_cast<std::uint32_t>(v[2 * i] + v[2 * i + 1]);
@@ -171,6 +193,8 @@ MOTES_INLINE std::uint32_t sum_of(Uints v) {
 #endif
   four = _mm_add_epi32(four, _mm_shuffle_epi32(four, 0x4e));
   return static_cast<std::uint32_t>(_mm_cvtsi128_si32(_mm_add_epi32(four, _mm_shuffle_epi32(four, 0xb1))));
+#elif MOTES_NEON
+  return vaddvq_u32((uint32x4_t)v);
 #else
   std::uint32_t sum = 0;
   for (std::size_t i = 0; i < kLanes; ++i) sum += v[i];
@@ -195,6 +219,8 @@ MOTES_INLINE int greatest_of(Shorts v) {
   eight = _mm_max_epi16(eight, _mm_shuffle_epi32(eight, 0xb1));
   const int two = _mm_cvtsi128_si32(eight), first = two & 0xffff, second = two >> 16;
   return first > second ? first : second;
+#elif MOTES_NEON
+  return vmaxvq_s16((int16x8_t)v);
 #else
   int most = 0;
   for (int i = 0; i < kShorts; ++i) most = v[i] > most ? v[i] : most;

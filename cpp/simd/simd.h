@@ -1,7 +1,7 @@
 // A vector of lanes: one source, compiled once for each instruction set.
 //
-// Files that include this header are compiled with MOTES_ISA = sse2 | avx2 | avx512 (see cpp/CMakeLists.txt).
-// Everything that depends on the width lives in namespace motes::MOTES_ISA, so the three builds never share a symbol.
+// Files that include this header are compiled with MOTES_ISA = sse2 | avx2 | avx512 | neon (see cpp/CMakeLists.txt).
+// Everything that depends on the width lives in namespace motes::MOTES_ISA, so the builds never share a symbol.
 // Two rules ensure bit-identical results and that the library runs on old machines:
 //   - only lane-wise + - * / sqrt, comparisons, selects and integer operations: no result depends on the width;
 //   - no function of the standard library in these files: the linker keeps one copy of an inline function, and it
@@ -15,6 +15,8 @@
 
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)
 #include <immintrin.h>
+#elif defined(__aarch64__) && !defined(MOTES_GENERIC)
+#include <arm_neon.h>
 #endif
 
 #ifndef MOTES_ISA
@@ -22,7 +24,7 @@
 #define MOTES_LANES 4
 #endif
 
-// Width in bits of the registers that the intrinsics below use; 0: the compiler's own lane-wise code.
+// Width in bits of the x86 registers that the intrinsics below use; 0: Arm's, or the compiler's own lane-wise code.
 #if defined(MOTES_GENERIC)
 #define MOTES_WIDTH 0
 #elif defined(__AVX512F__) && MOTES_LANES == 16
@@ -33,6 +35,14 @@
 #define MOTES_WIDTH 128
 #else
 #define MOTES_WIDTH 0
+#endif
+
+// Whether Arm's intrinsics are used where compilers do not find the instruction by themselves. What they leave out is
+// lane-wise code.
+#if defined(__aarch64__) && !defined(MOTES_GENERIC) && MOTES_LANES == 4
+#define MOTES_NEON 1
+#else
+#define MOTES_NEON 0
 #endif
 
 #define MOTES_INLINE inline __attribute__((always_inline))
@@ -127,6 +137,8 @@ MOTES_INLINE Vector in_register(Vector v) {
   asm("" : "+v"(v));
 #elif MOTES_WIDTH != 0
   if constexpr (sizeof v <= MOTES_WIDTH / 8) asm("" : "+x"(v));
+#elif MOTES_NEON
+  if constexpr (sizeof v == 16) asm("" : "+w"(v));
 #endif
   return v;
 }
@@ -145,6 +157,8 @@ MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
   return (Floats)_mm512_mask_blend_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)no, (__m512)yes);
 #elif MOTES_WIDTH == 256
   return (Floats)_mm256_blendv_ps((__m256)no, (__m256)yes, (__m256)mask);
+#elif MOTES_NEON
+  return (Floats)vbslq_f32((uint32x4_t)mask, (float32x4_t)yes, (float32x4_t)no);
 #else
   return (Floats)(((Ints)yes & mask) | ((Ints)no & ~mask));
 #endif
@@ -159,6 +173,8 @@ MOTES_INLINE unsigned bits_of(Mask mask) {
   return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
 #elif MOTES_WIDTH == 128
   return static_cast<unsigned>(_mm_movemask_ps((__m128)mask));
+#elif MOTES_NEON
+  return vaddvq_u32((uint32x4_t)((Uints)mask & Uints{1, 2, 4, 8}));
 #else
   unsigned bits = 0;
   for (std::size_t i = 0; i < kLanes; ++i) bits |= static_cast<unsigned>(mask[i] & 1) << i;
@@ -175,7 +191,11 @@ MOTES_INLINE Mask mask_of(unsigned bits) {
 #endif
 }
 
+#if MOTES_NEON
+MOTES_INLINE bool any(Mask mask) { return vmaxvq_u32((uint32x4_t)mask) != 0; }
+#else
 MOTES_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
+#endif
 /// Returns whether v <= limit in every lane; false if one is NaN.
 MOTES_INLINE bool all_at_most(Floats v, float limit) {
 #if MOTES_WIDTH == 512  // avoids the mask as a vector, which compilers would make
@@ -192,6 +212,8 @@ MOTES_INLINE Floats sqrt(Floats v) {
   return (Floats)_mm256_sqrt_ps((__m256)v);
 #elif MOTES_WIDTH == 128
   return (Floats)_mm_sqrt_ps((__m128)v);
+#elif MOTES_NEON
+  return (Floats)vsqrtq_f32((float32x4_t)v);
 #else
   for (std::size_t i = 0; i < kLanes; ++i) v[i] = __builtin_sqrtf(v[i]);
   return v;
@@ -236,6 +258,9 @@ MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
 #if MOTES_WIDTH >= 256
 MOTES_INTEGERS(Ints, max_ints, max_epi32)
 MOTES_INTEGERS(Ints, min_ints, min_epi32)
+#elif MOTES_NEON
+MOTES_INLINE Ints max_ints(Ints a, Ints b) { return (Ints)vmaxq_s32((int32x4_t)a, (int32x4_t)b); }
+MOTES_INLINE Ints min_ints(Ints a, Ints b) { return (Ints)vminq_s32((int32x4_t)a, (int32x4_t)b); }
 #else  // SSE2 has no such instructions
 MOTES_INLINE Ints max_ints(Ints a, Ints b) { return select(a > b, a, b); }
 MOTES_INLINE Ints min_ints(Ints a, Ints b) { return select(a < b, a, b); }
@@ -315,6 +340,8 @@ MOTES_INLINE Ints floor_to_ints(Floats v) {
   return (Ints)_mm512_cvt_roundps_epi32((__m512)v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
 #elif MOTES_WIDTH == 256
   return (Ints)_mm256_cvtps_epi32(_mm256_floor_ps((__m256)v));
+#elif MOTES_NEON
+  return (Ints)vcvtmq_s32_f32((float32x4_t)v);
 #else
   const Ints towards_zero = to_ints(v);
   return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
@@ -322,7 +349,7 @@ MOTES_INLINE Ints floor_to_ints(Floats v) {
 }
 /// Rounds down where `sane`. Other lanes may have any value, and their results are undefined.
 MOTES_INLINE Ints floor_where([[maybe_unused]] Mask sane, Floats v) {
-#if MOTES_WIDTH >= 256
+#if MOTES_WIDTH >= 256 || MOTES_NEON
   return floor_to_ints(v);
 #else
   return floor_to_ints(select(sane, v, Floats{}));

@@ -6,17 +6,22 @@
 
 namespace motes::MOTES_ISA {
 
-#if MOTES_WIDTH == 256
-/// The numbers of the lanes in each set, in ascending order. The entries behind them are unused.
+// Whether one instruction moves the selected lanes to the front.
+#define MOTES_PRESSES (MOTES_WIDTH >= 256 || MOTES_NEON)
+
+#if MOTES_WIDTH == 256 || MOTES_NEON
+/// The numbers of the lanes in each set, in ascending order; with NEON, which shuffles bytes, those of their bytes. The
+/// entries behind them are unused.
+inline constexpr std::size_t kUnit = MOTES_NEON ? 4 : 1;
 struct LaneOrders {
-  std::uint8_t lane[256][8];
+  std::uint8_t of[1u << kLanes][kUnit * kLanes];
 };
 constexpr LaneOrders lane_orders() {
   LaneOrders orders{};
-  for (unsigned set = 0; set < 256; ++set) {
+  for (unsigned set = 0; set < 1u << kLanes; ++set) {
     std::size_t count = 0;
-    for (std::uint8_t lane = 0; lane < 8; ++lane) {
-      if ((set >> lane & 1u) != 0) orders.lane[set][count++] = lane;
+    for (std::size_t unit = 0; unit < kUnit * kLanes; ++unit) {
+      if ((set >> unit / kUnit & 1u) != 0) orders.of[set][count++] = static_cast<std::uint8_t>(unit);
     }
   }
   return orders;
@@ -46,10 +51,22 @@ class Selected {
 
  private:
   MOTES_INLINE Selected(unsigned set, std::nullptr_t)
-      : order_(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kLaneOrders.lane[set])))),
+      : order_(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kLaneOrders.of[set])))),
         number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
 
   __m256i order_;
+  std::size_t number_;
+#elif MOTES_NEON
+  MOTES_INLINE explicit Selected(Mask chosen) : Selected(bits_of(chosen), nullptr) {}
+  MOTES_INLINE std::size_t number() const { return number_; }
+  MOTES_INLINE Uints pressed(Uints v) const { return (Uints)vqtbl1q_u8((uint8x16_t)v, order_); }
+  MOTES_INLINE Mask front_of(Mask pressed) const { return pressed & first_lanes(number_); }
+
+ private:
+  MOTES_INLINE Selected(unsigned set, std::nullptr_t)
+      : order_(vld1q_u8(kLaneOrders.of[set])), number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
+
+  uint8x16_t order_;
   std::size_t number_;
 #else
   MOTES_INLINE explicit Selected(Mask chosen) {
@@ -72,7 +89,7 @@ class Selected {
 
 /// Writes the selected lanes; there must be room for all lanes.
 MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints v) {
-#if MOTES_WIDTH >= 256
+#if MOTES_PRESSES
   store_uints(to, selected.pressed(v));
 #else
   for (std::size_t lane = 0; lane < kLanes; ++lane) to[selected.place(lane)] = v[lane];
@@ -88,6 +105,8 @@ MOTES_INLINE void store_selected(std::uint16_t* to, const Selected& selected, Ui
   const auto pressed = (__m256i)selected.pressed(v);
   const __m256i narrow = _mm256_permute4x64_epi64(_mm256_packus_epi32(pressed, pressed), 0x08);
   _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm256_castsi256_si128(narrow));
+#elif MOTES_NEON
+  vst1_u16(to, vmovn_u32((uint32x4_t)selected.pressed(v)));
 #else
   for (std::size_t lane = 0; lane < kLanes; ++lane) to[selected.place(lane)] = static_cast<std::uint16_t>(v[lane]);
 #endif

@@ -28,6 +28,8 @@ double cpu_seconds() {
 void rest() {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
 #endif
 }
 

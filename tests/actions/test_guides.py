@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from acting import after, cloud
 from launching import command
+from same_bits import widths
 from standing import COMMAND_LINE, alike, on_ranks
 
 import motes
@@ -309,7 +310,7 @@ def test_the_same_bits_on_any_ranks_and_in_any_build():
     script = SCRIPT.format(unequal=0)
     alone = alike(script)
     assert len(set(alone)) == 8
-    assert on_ranks(1, script, env={"MOTES_SIMD": "sse2"}).lines == alone
+    assert on_ranks(1, script, env={"MOTES_SIMD": widths()[0]}).lines == alone
 
 
 def test_ranks_with_different_arrays_are_told():

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from list_jobs import MakeJobs, by_width, jobs, searched, threads
 from random_lists import HEADER, KINDS, script
+from same_bits import widths
 
 __all__ = ["jobs"]
 
@@ -15,9 +16,9 @@ def test_every_action_is_drawn():
 
 
 def test_random_lists(jobs: MakeJobs):
-    narrow = {"MOTES_SIMD": "sse2"}
+    narrow = {"MOTES_SIMD": widths()[0]}
     players = jobs(
-        {"1 rank": (1, threads(1)), "2 ranks, 3 threads": (2, threads(3)), "3 ranks, sse2": (3, narrow)}
+        {"1 rank": (1, threads(1)), "2 ranks, 3 threads": (2, threads(3)), "3 ranks, narrow": (3, narrow)}
     )
 
     @searched(10)

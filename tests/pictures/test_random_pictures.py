@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from list_jobs import MakeJobs, by_width, jobs, searched, threads
 from random_pictures import HEADER, picture_script
+from same_bits import widths
 
 __all__ = ["jobs"]
 
 
 def test_random_pictures(jobs: MakeJobs):
-    players = jobs({"1 rank": (1, {}), "3 ranks, sse2": (3, {"MOTES_SIMD": "sse2"})})
+    players = jobs({"1 rank": (1, {}), "3 ranks, narrow": (3, {"MOTES_SIMD": widths()[0]})})
 
     @searched(10)
     @given(picture_script())

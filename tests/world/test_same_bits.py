@@ -96,7 +96,7 @@ def test_any_threads(size: int, threads: int):
     )
 
 
-@pytest.mark.parametrize("width", ["sse2", "avx2", "avx512"])
+@pytest.mark.parametrize("width", ["sse2", "avx2", "avx512", "neon"])
 def test_any_vector_width(width: str):
     if width not in widths():
         pytest.skip(f"this processor has no {width}")

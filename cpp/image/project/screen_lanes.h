@@ -108,7 +108,7 @@ MOTES_INLINE Mask gives_light(Uints color, std::uint32_t dark) {
 /// Returns how many.
 MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, Uints flags, [[maybe_unused]] Mask visible,
                                       const Selected& selected) {
-#if MOTES_WIDTH >= 256
+#if MOTES_PRESSES
   const Uints pressed = selected.pressed(flags);
   const Mask touches = selected.front_of((Mask)(pressed != 0u));
   return squeeze(to, (lane_numbers() + static_cast<std::uint32_t>(n)) | pressed, touches);
@@ -123,7 +123,7 @@ MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, Uints fl
 }
 
 MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints a, Uints b, Uints c, Uints d) {
-#if MOTES_WIDTH >= 256
+#if MOTES_PRESSES
   const Quads quads = quads_of(selected.pressed(a), selected.pressed(b), selected.pressed(c), selected.pressed(d));
   __builtin_memcpy(to, &quads, sizeof quads);
 #else

@@ -32,7 +32,7 @@ __all__ = [
 
 BIRTHS = ("auto", "manager", "calculators")
 PROGRESS = ("lines", "bar", "off")
-SIMD = ("sse2", "avx2", "avx512")
+SIMD = ("sse2", "avx2", "avx512", "neon")
 MOST_RANKS = 2**31 - 1
 MOST_THREADS = 1024
 MOST_SKIN = 100
@@ -290,7 +290,7 @@ TABLE = {
         Variable(
             "MOTES_SIMD",
             "the vector instructions of the kernels; the bits are the same",
-            "sse2, avx2 or avx512",
+            "sse2, avx2, avx512 or neon",
             _one_of(*SIMD),
             default_text="the widest that the processor supports",
         ),

@@ -18,14 +18,16 @@ Batch random_wide(const Sprite& sprite, const View& view, std::size_t count, std
   Batch batch(sprite, Layout::wide, view);
   test::Dice dice(seed);
   for (std::size_t i = 0; i < count; ++i) {
-    WideRecord r = wide_record(dice.between(-0.6f, 0.6f) * static_cast<float>(view.width),
-                               dice.between(-0.6f, 0.6f) * static_cast<float>(view.height),
-                               i % 10 == 0 ? dice.between(20, 200) : dice.between(2, 20),
-                               dice.coin() ? dice.between(5, 15) : 5 + static_cast<float>(dice.below(10)));
+    // Drawn one after another: compilers may compute arguments in any order.
+    const float depth = dice.coin() ? dice.between(5, 15) : 5 + static_cast<float>(dice.below(10));
+    const float diameter = i % 10 == 0 ? dice.between(20, 200) : dice.between(2, 20);
+    const float y = dice.between(-0.6f, 0.6f) * static_cast<float>(view.height);
+    const float x = dice.between(-0.6f, 0.6f) * static_cast<float>(view.width);
+    WideRecord r = wide_record(x, y, diameter, depth);
     for (auto& c : r.color) c = static_cast<std::uint8_t>(dice.below(256));
     r.alpha = static_cast<std::uint8_t>(dice.below(256));
     r.light = static_cast<std::uint16_t>(1 + dice.below(kAllLight));
-    const float turn = dice.between(0, 6.28f);
+    const double turn = dice.between(0, 6.28f);
     r.up_x = static_cast<std::int16_t>(32767 * std::cos(turn));
     r.up_y = static_cast<std::int16_t>(32767 * std::sin(turn));
     if (streaks && dice.coin()) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,7 @@ struct Build {
 
 /// Returns those of MOTES_BUILDS(table) that this process can run, narrowest first.
 template <class Table>
-std::vector<const Table*> runnable(const Table* const (&builds)[3]) {
+std::vector<const Table*> runnable(const Table* const (&builds)[std::size(motes::simd::kIsas)]) {
   std::vector<const Table*> found;
   for (const motes::simd::Isa isa : motes::simd::kIsas) {
     if (motes::simd::offers(isa)) found.push_back(builds[static_cast<std::size_t>(isa)]);

@@ -115,7 +115,7 @@ namespace {
 bool fill_planes(particles::Store& store, const Rows& rows, threads::Pool& pool) {
   constexpr std::size_t kTogether = 4096;
   const bool doubles = rows.values.dtype().itemsize() == sizeof(double);
-  const particles::Rows from{rows.values.data(), rows.values.ndim() == 2 ? 3 : 1, doubles};
+  const particles::GivenRows from{rows.values.data(), rows.values.ndim() == 2 ? 3 : 1, doubles};
   float* planes[3] = {};
   for (int c = 0; c < from.width; ++c) planes[c] = store.writable_plane(rows.attribute, c);
   return released([&] {

@@ -23,14 +23,14 @@ bool copy(const Number* rows, std::size_t first, std::size_t last, float* const*
 }
 
 template <class Number>
-bool copy(const Rows& rows, std::size_t first, std::size_t last, float* const* planes) {
+bool copy(const GivenRows& rows, std::size_t first, std::size_t last, float* const* planes) {
   const auto* from = static_cast<const Number*>(rows.numbers);
   return rows.width == 1 ? copy<Number, 1>(from, first, last, planes) : copy<Number, 3>(from, first, last, planes);
 }
 
 }  // namespace
 
-bool to_planes(const Rows& rows, std::size_t first, std::size_t last, float* const* planes) {
+bool to_planes(const GivenRows& rows, std::size_t first, std::size_t last, float* const* planes) {
   return rows.doubles ? copy<double>(rows, first, last, planes) : copy<float>(rows, first, last, planes);
 }
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "bindings/bindings.h"
+#include "particles/rows.h"
 
 namespace motes::bindings {
 namespace {
@@ -110,35 +111,20 @@ py::list column_copies(const particles::Store& store, const std::vector<int>& at
 
 namespace {
 
-// Copies rows first .. last - 1 to planes. Returns whether all values are finite.
-template <std::size_t kWidth, class Number>
-bool to_planes(const Number* rows, std::size_t first, std::size_t last, float* const* planes) {
-  constexpr std::uint32_t kExponent = 0x7f800000, kLowestOfIt = 0x00800000, kSign = 0x80000000;
-  std::uint32_t carry = 0;  // its sign is set if any exponent was full
-  for (std::size_t c = 0; c < kWidth; ++c) {
-    float* plane = planes[c];
-    for (std::size_t i = first; i < last; ++i) {
-      const auto value = static_cast<float>(rows[kWidth * i + c]);
-      carry |= (std::bit_cast<std::uint32_t>(value) & kExponent) + kLowestOfIt;
-      plane[i] = value;
-    }
-  }
-  return (carry & kSign) == 0;
-}
-
-template <class Number>
+// Copies rows to the planes of their attribute. Returns whether all values are finite.
 bool fill_planes(particles::Store& store, const Rows& rows, threads::Pool& pool) {
-  constexpr std::size_t kTogether = 4096;  // stay in the L1 and L2 cache between two planes
-  const bool wide = rows.values.ndim() == 2;
-  const auto* values = static_cast<const Number*>(rows.values.data());
+  constexpr std::size_t kTogether = 4096;
+  const bool doubles = rows.values.dtype().itemsize() == sizeof(double);
+  const particles::GivenRows from{rows.values.data(), rows.values.ndim() == 2 ? 3 : 1, doubles};
   float* planes[3] = {};
-  for (int c = 0; c < (wide ? 3 : 1); ++c) planes[c] = store.writable_plane(rows.attribute, c);
-  std::atomic<bool> finite{true};
-  threads::over_ranges(pool, store.size(), kTogether, [&](std::size_t first, std::size_t last) {
-    const bool all = wide ? to_planes<3>(values, first, last, planes) : to_planes<1>(values, first, last, planes);
-    if (!all) finite = false;
+  for (int c = 0; c < from.width; ++c) planes[c] = store.writable_plane(rows.attribute, c);
+  return released([&] {
+    std::atomic<bool> finite{true};
+    threads::over_ranges(pool, store.size(), kTogether, [&](std::size_t first, std::size_t last) {
+      if (!particles::to_planes(from, first, last, planes)) finite = false;
+    });
+    return finite.load();
   });
-  return finite;
 }
 
 // Returns a single row as an attribute's value; a single number counts for all components.
@@ -179,10 +165,7 @@ int fill(particles::Store& store, std::size_t count, const std::vector<Rows>& co
   for (const Rows& rows : columns) {
     if (rows.attribute != particles::position && rows.values.shape(0) == 1) continue;
     if (rows.values.shape(0) != static_cast<py::ssize_t>(count)) throw std::invalid_argument("fill: one row each");
-    const bool wide = rows.values.dtype().itemsize() == sizeof(double);
-    const bool finite =
-        released([&] { return wide ? fill_planes<double>(store, rows, pool) : fill_planes<float>(store, rows, pool); });
-    if (!finite) return rows.attribute;
+    if (!fill_planes(store, rows, pool)) return rows.attribute;
   }
   if (numbered) released([&] { number_by_place(store, pool); });
   return -1;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <variant>
 
+#include "image/camera.h"
 #include "image/daylight_parts.h"
 #include "image/grid.h"
 
@@ -30,6 +31,15 @@ bool has_even_light(const View& view) {
     if (low + rise + std::sqrt(sun * sun + rise * rise + 2 * sun * rise * height) > 1.03) return false;
   }
   return true;
+}
+
+// Returns whether fog is the same in front of all points of each of the sprite's spheres, but for less than a step of
+// 1/255. The light that passes changes with the distance by at most 1 / (e * distance), and no visible point is farther
+// than 2/3 of the radius from the mean distance. The light of lit spheres also depends on their place in the picture.
+bool has_even_fog(const Sprite& sprite, const View& view) {
+  constexpr double kMost = 255 * (2.0 / 3) * 0.36788;
+  return sprite.blend == Sprite::Blend::opaque && sprite.is(Sprite::Kind::sphere) && !lit_by_painter(sprite) &&
+         kMost * 0.5 * diameter_of(sprite, view.height) < lens(view).focal_px;
 }
 
 // Returns whether the light of a sprite depends on the normal at each of its points.
@@ -122,7 +132,7 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
   const bool surface = lit_by_painter(sprite) && (sprite.finish.reflects() || !has_even_light(view));
-  const bool simple = !surface && !fogged_by_painter(sprite, view);
+  const bool simple = !surface && (!fogged_by_painter(sprite, view) || has_even_fog(sprite, view));
   if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   const bool far = !sharp && blurs_in_painter(sprite);  // may reach the image from far outside
   if (far || sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;

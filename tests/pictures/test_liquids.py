@@ -131,6 +131,33 @@ def test_a_liquid_without_particles_changes_nothing():
     assert (poured([], background=(0.1, 0.2, 0.3), bloom=0.2).pixels == bare.pixels).all()
 
 
+def test_a_liquid_leaves_nothing_where_it_was():
+    """The planes of a tile are cleared once the liquid has left it."""
+    renderer = motes.Renderer(160, 120, camera=FRONT, smooth=False, linear=True, layers=["depth"])
+    sprite = motes.Sprite("surface", radius=0.3)
+    world = motes.World(seed=1, dt=1, renderer=renderer, progress="off")
+    water = world.system("water", sprite=sprite)
+    with world:
+        water.emit(position=[(-1.25, 0.25, 0)], velocity=[(2.5, 0, 0)])
+        for k in range(2):
+            frame = world.render()
+            alone = poured([(-1.25 + 2.5 * k, 0.25, 0)], sprite=sprite, layers=["depth"])
+            assert (frame.linear == alone.linear).all()
+            assert (frame.layer("depth") == alone.layer("depth")).all()
+            water.move()
+
+
+def test_a_liquid_bends_what_is_in_the_tile_beside_it():
+    """Pixels at the border of a tile show what is behind pixels of the next."""
+    back = shapes.Box((-0.32, -3, -2), (3, 3, -1.5))  # from the second column of tiles on
+    sprite = motes.Sprite("surface", radius=0.6, glass=1.5)
+    facts: dict[str, Any] = {"objects": [motes.Solid(back, light=0.5)], "sun": (0, 0, 0), "alpha": 0.02}
+    small = poured([(-0.95, 0, 0)], sprite=sprite, **facts).linear
+    assert small[:, 64:].max() > 0.3
+    both = poured([(-0.95, 0, 0), (0.9, 0, 0)], sprite=sprite, **facts).linear  # all tiles have some liquid
+    assert (both[:, :63] == small[:, :63]).all()
+
+
 EVERYWHERE = """
 import hashlib, json, sys
 import motes

@@ -100,6 +100,34 @@ def test_fog_has_its_own_color(kind: str, blend: Any) -> None:
             assert found[45, 73] == pytest.approx(fog, abs=0.012)
 
 
+def test_small_spheres_are_seen_through_fog_as_any_others_are() -> None:
+    """Those of a fixed number of pixels are painted from tables."""
+    camera = motes.Camera((0, 0, 6), (0, 0, 0), fov_deg=40)
+    focal = 90 / np.tan(np.radians(20))
+    places = np.array(
+        [(x - z / 40, y, z) for z in (0, -6, -12) for x in (-1.4, -0.3, 0.8) for y in (-0.4, 0.5)]
+    )
+    places[:, :2] *= (6 - places[:, 2:]) / 6  # side by side in the picture
+
+    def drawn(pixels: int | None, fog: Any) -> Picture:
+        renderer = motes.Renderer(240, 180, camera=camera, linear=True, fog=fog, background=(0.1, 0.1, 0.1))
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("balls", sprite=motes.Sprite("sphere", pixels, "opaque"))
+        with world:
+            wide = 7 * (6 - places[:, 2]) / focal
+            system.emit(position=places, color=np.tile(COLOR, (len(places), 1)), size=np.tile(wide, (3, 1)).T)
+            return world.render().linear.astype(float)
+
+    for fog in (((0.2, 0.4, 0.9), 6), ((0.02, 0.01, 0.3), 30)):
+        small, any_size = drawn(7, fog), drawn(None, fog)
+        there = inside(np.abs(any_size - 0.1).max(axis=2) > 1e-3, 1)
+        assert there.sum() > 200
+        # Tables know places to a quarter of a pixel.
+        differs = np.abs(small - any_size)[there].max(axis=1) / any_size[there].max(axis=1)
+        assert np.median(differs) < 0.02
+        assert small[there].mean(axis=0) == pytest.approx(any_size[there].mean(axis=0), rel=0.01)
+
+
 def test_a_spot_shines_in_its_cone_only() -> None:
     """Its degrees are the angle between opposite sides of the cone."""
     floor = shapes.Plane((0, 0, 0), (0, 1, 0))

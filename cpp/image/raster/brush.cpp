@@ -144,8 +144,9 @@ SurfaceTables sphere_tables(const Sprite& sprite, float diameter, const Footprin
   const auto surface = static_cast<std::size_t>(surface_row(size));
   t.shade.assign((rows + 1) * surface, 0);
   t.bulge.assign((rows + 1) * surface, 0);
-  const bool tinted = lit_by_painter(sprite) && !has_grey_light(view);
-  const SphereShades shades = tinted ? tinted_shades(view) : grey_shades(Daylight(view));
+  const bool colored = lit_by_painter(sprite) && !has_grey_light(view);
+  const bool tinted = colored || fogged_by_painter(sprite, view);
+  const SphereShades shades = colored ? tinted_shades(view) : grey_shades(Daylight(view));
   if (tinted) t.tint.assign(t.shade.size(), 0);
   const double radius = 0.5 * diameter;
   std::vector<SpherePixel> pixels;
@@ -278,6 +279,11 @@ void Brush::set_splat(const View& view) {
   splat_.sub_bits = Grid{width_, height_}.sub_bits();
   set_records(splat_);
   splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
+  if (sphere && fogged_by_painter(sprite_, view)) {
+    std::copy(view.fog.color.begin(), view.fog.color.end(), splat_.fog);
+    splat_.fog_density = 1 / view.fog.metres;
+    splat_.per_unit = static_cast<float>(1 / (lens(view).focal_px * (1 << splat_.sub_bits)));
+  }
   if (sphere) {
     tables_ = sphere_tables(sprite_, diameter, f, view);
   } else if (sprite_.blend == Sprite::Blend::opaque) {

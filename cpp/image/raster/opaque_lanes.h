@@ -6,6 +6,7 @@
 #include "image/raster/pixel_lanes.h"
 #include "image/raster/point_lanes.h"
 #include "image/raster/splat_lanes.h"
+#include "simd/elementary.h"
 #include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
@@ -16,8 +17,18 @@ struct Candidates {
 
   alignas(64) std::uint32_t position[kMost], depth[kMost];
   alignas(64) std::int32_t pixel[kMost], row[kMost];  // offset from the tile's first pixel, and first row in tables
+  alignas(64) float clear[kMost];                 // the part of their light that passes the fog, if there is any
   alignas(64) std::uint32_t seen[kMost + kLanes];  // indices of records
 };
+
+// Returns the part of the light of spheres that passes the fog: of the visible side, whose mean depth is 2/3 of the
+// radius less than that of the middle.
+MOTES_INLINE Floats clear_of(const image::Splat& s, Uints position, Floats depth) {
+  const Floats x = to_floats((Ints)(position << 16) >> 16) * s.per_unit;
+  const Floats y = to_floats((Ints)position >> 16) * s.per_unit;
+  const Floats away = depth * (sqrt(x * x + y * y + 1.0f) - s.radius * (2.0f / 3));
+  return exp(-min(max(away * s.fog_density, Floats{}), all(80.0f)));
+}
 
 // Lists the records that may be visible and returns how many. It has no branches, because whether a record is visible
 // does not predict the next one.
@@ -29,6 +40,8 @@ MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::S
   for (std::size_t i = 0; i < count; i += kLanes) {
     const FootprintPositions at = places(s, load_uints(crowd.position + i));
     Mask chosen = touch(at, s.size) & first_lanes(count - i);
+    if (s.fog_density > 0)
+      store(crowd.clear + i, clear_of(s, load_uints(crowd.position + i), (Floats)load_uints(crowd.depth + i)));
     if (tile.blocks != nullptr) {
       const Ints block = image::DepthBlocks::at(at.column, at.row) & chosen;
       const Floats center = (Floats)load_uints(crowd.depth + i);
@@ -41,9 +54,10 @@ MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::S
   return seen;
 }
 
-// Colour and depth of a record.
+// Colour and depth of a record, and the part of its light that passes the fog.
 struct Coat {
   std::uint32_t color, depth;
+  float clear;
 };
 
 // Calls draw(coat, pixel, row) for each record that may be seen; pixel and row as in Crowd.
@@ -57,7 +71,8 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
     const std::size_t seen = find_seen(planes, s, records, number, crowd);
     for (std::size_t k = 0; k < seen; ++k) {
       const std::size_t i = crowd.seen[k];
-      draw(Coat{color_of(s, records + i * bytes), crowd.depth[i]}, crowd.pixel[i], crowd.row[i]);
+      draw(Coat{color_of(s, records + i * bytes), crowd.depth[i], s.fog_density > 0 ? crowd.clear[i] : 1},
+           crowd.pixel[i], crowd.row[i]);
     }
     records += number * bytes;
     count -= number;
@@ -94,12 +109,31 @@ MOTES_INLINE Uints tinted(Uints color, Uints tint) {
   return all;
 }
 
+// How pixels of a sphere get their colours: each from the record's, times a shade, times a tint, or behind fog.
+enum class Coating { plain, tinted, fogged };
+
+// What is left of a record's light behind fog, per shade and tint, and the light of the fog.
+struct Veil {
+  Floats3 own, fog;
+
+  MOTES_INLINE Veil(const image::Splat& s, const Coat& coat) : fog(all3(s.fog) * (1.0f - coat.clear)) {
+    const float part = coat.clear * (1.0f / (255 * 255 * 255));
+    const auto channel = [&](int shift) { return all(static_cast<float>(coat.color >> shift & 0xffu) * part); };
+    own = {channel(0), channel(8), channel(16)};
+  }
+
+  // Returns surfaces with these shades, shifted, and tints.
+  MOTES_INLINE Uints surfaces(Uints shade, Uints tint) const {
+    const Floats bright = to_floats((Ints)(shade >> image::kShadeShift));
+    const auto channel = [&](int shift) { return to_floats((Ints)(tint >> shift & 0xffu)) * bright; };
+    return surface_of({own.x * channel(0) + fog.x, own.y * channel(8) + fog.y, own.z * channel(16) + fog.z});
+  }
+};
+
 #if MOTES_WIDTH == 512
 // Draws eight pixels of a sphere's row with half vectors, of which the processor executes more in parallel.
-MOTES_INLINE void round_eight(image::NearestSurface* to, const std::uint32_t* shade, const float* bulge, Uints color,
-                              Floats center, Floats radius, unsigned covered) {
-  const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
-  const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), shades);
+MOTES_INLINE void round_eight(image::NearestSurface* to, __m256i surface, const float* bulge, Floats center,
+                              Floats radius, unsigned covered) {
   const __m256 nearer = _mm256_mul_ps(_mm512_castps512_ps256((__m512)radius), _mm256_loadu_ps(bulge));
   const __m256 depth =
       _mm256_max_ps(_mm256_sub_ps(_mm512_castps512_ps256((__m512)center), nearer), _mm256_set1_ps(kLeastDepth));
@@ -110,28 +144,36 @@ MOTES_INLINE void round_eight(image::NearestSurface* to, const std::uint32_t* sh
 
 // Draws a sphere whose rows have kVectors vectors of kWidth pixels; kHalf: the last one is half a vector. `in_tables`:
 // its first row in the tables.
-template <int kVectors, bool kHalf, bool kTinted>
+template <int kVectors, bool kHalf, Coating kCoating>
 MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables,
                              image::NearestSurface* to) {
   constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
+  constexpr bool kTints = kCoating != Coating::plain;
   const Uints color = all_uints(coat.color & 0xffffffu);
+  const Veil veil(s, coat);
   const Floats center = (Floats)all_uints(coat.depth);
   const Floats radius = center * all(s.radius);
   const std::uint16_t* covered = s.covered + in_tables;
   const std::uint32_t* shade = s.shade + in_tables * kInRow;
   const float* bulge = s.bulge + in_tables * kInRow;
-  const std::uint32_t* tint = s.tint + (kTinted ? in_tables * kInRow : 0);
-  const auto color_at = [&](int first) { return kTinted ? tinted(color, load_uints(tint + first)) : color; };
+  const std::uint32_t* tint = s.tint + (kTints ? in_tables * kInRow : 0);
+  const auto surface_at = [&](int first) __attribute__((always_inline)) {
+    const Uints shades = load_uints(shade + first);
+    if constexpr (kCoating == Coating::fogged) return veil.surfaces(shades, load_uints(tint + first));
+    return (kTints ? tinted(color, load_uints(tint + first)) : color) | shades;
+  };
   for (int row = 0; row < s.size; ++row, to += image::kPixelStride, shade += kInRow, bulge += kInRow) {
 #if MOTES_WIDTH == 512
     if (kHalf && kVectors == 1) {
-      round_eight(to, shade, bulge, color_at(0), center, radius, covered[row]);
-      tint += kTinted ? kInRow : 0;
+      auto surface = _mm512_castsi512_si256((__m512i)(kTints ? surface_at(0) : color));
+      if (!kTints) surface = _mm256_or_si256(surface, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade)));
+      round_eight(to, surface, bulge, center, radius, covered[row]);
+      tint += kTints ? kInRow : 0;
       continue;
     }
 #endif
     for (int j = 0; j < kVectors; ++j) {
-      const Uints surface = color_at(j * kWidth) | load_uints(shade + j * kWidth);
+      const Uints surface = surface_at(j * kWidth);
       const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
       const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
       keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
@@ -139,17 +181,17 @@ MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdi
         keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
       }
     }
-    tint += kTinted ? kInRow : 0;
+    tint += kTints ? kInRow : 0;
   }
 }
 
-template <int kVectors, bool kHalf, bool kTinted>
+template <int kVectors, bool kHalf, Coating kCoating>
 void round_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
                    std::size_t count) {
   const image::Splat s = task;
   image::NearestSurface* const surfaces = planes.surfaces;
   for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
-    draw_round<kVectors, kHalf, kTinted>(s, coat, row, surfaces + pixel);
+    draw_round<kVectors, kHalf, kCoating>(s, coat, row, surfaces + pixel);
   });
 }
 
@@ -161,19 +203,21 @@ void flat_from(const image::TilePlanes& tile, const image::Splat& s, const unsig
   flat_records<kVectors>(tile, s, records, count);
 }
 
-template <int kVectors, bool kTinted>
+template <int kVectors, Coating kCoating>
 void round_from(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records, std::size_t count) {
   if constexpr (kVectors * kWidth < image::kMaxFootprint) {
-    if (kVectors * kWidth < s.size) return round_from<kVectors + 1, kTinted>(tile, s, records, count);
+    if (kVectors * kWidth < s.size) return round_from<kVectors + 1, kCoating>(tile, s, records, count);
   }
-  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true, kTinted>(tile, s, records, count);
-  round_records<kVectors, false, kTinted>(tile, s, records, count);
+  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true, kCoating>(tile, s, records, count);
+  round_records<kVectors, false, kCoating>(tile, s, records, count);
 }
 
 inline void opaque_any(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                        std::size_t count) {
   if (s.bulge == nullptr) return flat_from<1>(tile, s, records, count);
-  s.tint == nullptr ? round_from<1, false>(tile, s, records, count) : round_from<1, true>(tile, s, records, count);
+  if (s.tint == nullptr) return round_from<1, Coating::plain>(tile, s, records, count);
+  if (s.fog_density > 0) return round_from<1, Coating::fogged>(tile, s, records, count);
+  round_from<1, Coating::tinted>(tile, s, records, count);
 }
 
 MOTES_INLINE Longs greater(Longs a, Longs b) { return a > b ? a : b; }

@@ -66,6 +66,8 @@ struct Splat : RecordSplat {
   float radius;  // radius of a particle at a depth of 1 m, m
   int size, phase_bits, row_bytes;
   int sub_bits;
+  float fog[3], fog_density;  // in front of opaque spheres, which then have tints, 1/m; 0: none
+  float per_unit;             // 1 / focal length, in units of positions
   const Settling* settling;  // of additive records that are not settled yet; null: none
 };
 

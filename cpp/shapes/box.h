@@ -37,7 +37,7 @@ struct BoxLanes {
   }
 
   /// Returns a bound on paths that stay clear of the faces.
-  MOTES_INLINE Clear clear() const { return Clear(low, high); }
+  MOTES_INLINE Clear clear() const { return {low, high}; }
 
   /// Returns where a path from outside enters, or one from inside leaves.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {

@@ -119,7 +119,7 @@ def test_hosts_that_cannot_take_part_are_a_sentence_each(doctor) -> None:
         "bare": f"bare has no motes for {python}: No module named 'motes'",
         "empty": f"empty has no {python}, or no shell: every host needs the same environment "
         "at the same path",
-        "broken": "broken cannot be measured: MOTES_SIMD must be sse2, avx2 or avx512, got 'mmx'",
+        "broken": "broken cannot be measured: MOTES_SIMD must be sse2, avx2, avx512 or neon, got 'mmx'",
     }
     if found := another_python():
         sentences["other"] = f"other runs Python {found[1]}, this host {version}: one job needs the same"

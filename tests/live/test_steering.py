@@ -28,6 +28,11 @@ def rows(folder: Path, name: str = "frames.jsonl") -> list[dict[str, Any]]:
     return [json.loads(line) for line in (folder / "log" / name).read_text().splitlines()]
 
 
+def orders(folder: Path) -> list[dict[str, Any]]:
+    """Return what steer.jsonl says, but for the number of ranks."""
+    return [{**row, "ranks": None} for row in rows(folder, "steer.jsonl")]
+
+
 def film(folder: Path) -> list[tuple[int, str, str]]:
     """Return the fields that identify each frame: the digests of its particles and its picture."""
     return [(row["frame"], row["particles_digest"], row["image_sha256"]) for row in rows(folder)]
@@ -131,7 +136,7 @@ def test_a_steered_run_happens_again_on_any_number_of_ranks(steered, tmp_path, r
     result = repeat(ranks, tmp_path, steered, 200, more)
     assert result.code == 0, result.text
     assert film(tmp_path) == film(steered)
-    assert (tmp_path / "log" / "steer.jsonl").read_bytes() == (steered / "log" / "steer.jsonl").read_bytes()
+    assert orders(tmp_path) == orders(steered)
 
 
 def test_without_the_orders_it_is_another_film(steered, tmp_path):
@@ -188,7 +193,10 @@ def test_another_script_is_refused_unless_told_otherwise(steered, tmp_path):
         (lambda lines: [*lines, f'{{"frame": {2**70}, "set": {{}}}}'], "must have a frame"),
         (lambda lines: [*lines, "[3]"], "is not a JSON object"),
         (lambda lines: [*lines, '{"frame": -1, "set": {}}'], "must have a frame"),
-        (lambda lines: [*lines, '{"frame": 900, "sett": {}}'], "set, camera, balancer, speeds or stop"),
+        (
+            lambda lines: [*lines, '{"frame": 900, "sett": {}}'],
+            "set, camera, balancer, speeds, resize or stop",
+        ),
         (lambda lines: [*lines, '{"frame": 900, "set": 3}'], "sets or stops nothing"),
         (lambda lines: [*lines, '{"frame": 900, "camera": {"position": 1}}'], "a camera must have position"),
         (lambda lines: [*lines, lines[1]], "comes after a later one"),
@@ -370,7 +378,7 @@ def test_a_steered_run_goes_on_from_its_checkpoint(tmp_path):
     again = new(tmp_path, "again")
     assert repeat(4, again, tmp_path, 100).code == 0
     assert film(again) == film(tmp_path)
-    assert (again / "log" / "steer.jsonl").read_bytes() == (tmp_path / "log" / "steer.jsonl").read_bytes()
+    assert orders(again) == orders(tmp_path)
 
 
 def test_a_replay_goes_on_from_its_checkpoint(steered, tmp_path):

@@ -24,9 +24,10 @@ MOTES_INLINE void add_depths(image::LiquidTile& tile, const image::LiquidBall& b
   const float per_px = 1 / ball.radius;
   for (int x = columns.first; x <= columns.last; x += static_cast<int>(kLanes)) {
     const Floats across = (to_floats((Ints)lane_numbers() + x) - ball.x) * per_px, square = across * across;
-    float* depth = tile.depth + rows.first * tile.kRow + x;
-    std::uint32_t* thickness = tile.thickness + rows.first * tile.kRow + x;
-    for (int y = rows.first; y <= rows.last; ++y, depth += tile.kRow, thickness += tile.kRow) {
+    float* depth = tile.depth + rows.first * image::LiquidTile::kRow + x;
+    std::uint32_t* thickness = tile.thickness + rows.first * image::LiquidTile::kRow + x;
+    for (int y = rows.first; y <= rows.last;
+         ++y, depth += image::LiquidTile::kRow, thickness += image::LiquidTile::kRow) {
       const float down = (static_cast<float>(y) - ball.y) * per_px;
       const Floats bulge = sqrt(max((1.0f - down * down) - square, Floats{}));
       const Floats front = select(bulge > 0.0f, ball.depth - bulge * tile.radius, all(2 * kNowhere));

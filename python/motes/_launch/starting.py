@@ -231,9 +231,7 @@ def _run_again(
         if not resized and (restarts == 0 or not ended.lost):
             return ended.code
         os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
-        live = os.environ.get("MOTES_LIVE", "").split(",")
-        if set(live) & set(environment.LIVE_HELD):  # and does not wait for viewers again, who may have left
-            os.environ["MOTES_LIVE"] = ",".join(word for word in live if word not in environment.LIVE_HELD)
+        environment.wait_no_longer()
         if resized:
             continue
         restarts -= 1

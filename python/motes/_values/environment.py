@@ -128,6 +128,13 @@ def skin() -> float | None:
     return value
 
 
+def wait_no_longer() -> None:
+    """Let later starts of a job not wait for viewers again, who may have left."""
+    words = os.environ.get("MOTES_LIVE", "").split(",")
+    if set(words) & set(LIVE_HELD):
+        os.environ["MOTES_LIVE"] = ",".join(word for word in words if word not in LIVE_HELD)
+
+
 def shares_pictures() -> bool:
     """Return whether this rank may draw into the image generator's memory: MOTES_SHARED_PICTURES."""
     return bool(read("MOTES_SHARED_PICTURES"))

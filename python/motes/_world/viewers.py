@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._io.output import tell
-from .._launch.resizing import LAUNCHER, Size, ask
 from .._live.controls import Choice, Control, definition_of
 from .._live.pose import Pose
 from .._live.steer_file import NAME, SteerFile
@@ -156,6 +155,8 @@ class Viewers:
 
     def _resize(self, ranks: int) -> None:
         """Ask the launcher for another number of ranks, in a thread of its own: it answers when it can."""
+        from .._launch.resizing import LAUNCHER, Size, ask  # few runs change their ranks
+
         address, run = os.environ.get(LAUNCHER), self._session.settings.log or "the run"
         if address is None:
             raise ValueError("the number of ranks changes only under `motes run` and `motes live`")

@@ -57,8 +57,9 @@ def _processor() -> str:
 def _of_this_host(ranks: int) -> dict[str, Any]:
     from motes._launch.starting import library
     from motes._run.threads import Place, most_threads, processors, threads_of
+    from motes._values import environment
 
-    place = Place("", processors(), int(os.environ.get("MOTES_THREADS") or 0), most_threads())
+    place = Place("", processors(), environment.threads(None) or 0, most_threads())
     threads = threads_of([place] * ranks)[0]
     speeds, simd = _speeds(ranks, threads)
     return {

@@ -29,8 +29,8 @@ def rows(folder: Path, name: str = "frames.jsonl") -> list[dict[str, Any]]:
 
 
 def orders(folder: Path) -> list[dict[str, Any]]:
-    """Return what steer.jsonl says, but for the number of ranks."""
-    return [{**row, "ranks": None} for row in rows(folder, "steer.jsonl")]
+    """Return what steer.jsonl says, but for numbers of ranks, which no run repeats."""
+    return [{**row, "ranks": None} for row in rows(folder, "steer.jsonl") if "resize" not in row]
 
 
 def film(folder: Path) -> list[tuple[int, str, str]]:

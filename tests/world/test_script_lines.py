@@ -53,7 +53,7 @@ with world:
         if how == "births" and frame == 1:
             if rank in guilty:  # has no memory for them
                 now = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
-                resource.setrlimit(resource.RLIMIT_AS, (now + 300_000_000, resource.RLIM_INFINITY))
+                resource.setrlimit(resource.RLIMIT_AS, (now + 200_000_000, resource.RLIM_INFINITY))
             with system.local():  # counts as no call
                 pass
             system.burst(shapes.Point((0, 0, 0)), 3)

@@ -70,6 +70,22 @@ std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, con
   return groups;
 }
 
+// Runs `work` on the births of all groups; blames the largest group for a failure, which is a lack of memory.
+template <class Work>
+void of_largest(const Script& script, const Round& round, const Work& work) {
+  const BirthGroup* largest = nullptr;
+  std::size_t owner = 0;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    for (const BirthGroup& group : script.systems[i]->groups) {
+      if (largest && largest->count >= group.count) continue;
+      largest = &group;
+      owner = i;
+    }
+  }
+  if (!largest) return work();
+  of_item(script.systems[owner]->list, owner, largest->item, work);
+}
+
 // Returns the births at this calculator between two steps.
 std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, const Round& round,
                                         const std::vector<Message>& messages) {
@@ -79,7 +95,9 @@ std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, 
       groups.push_back({static_cast<std::uint32_t>(groups.size()), {}});
     }
   }
-  rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, groups)));
+  of_largest(script, round, [&] {
+    rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, groups)));
+  });
   return groups;
 }
 
@@ -146,7 +164,7 @@ void share_births(Rank& rank, const Script& script, const Round& round, Newborn&
     rank.session.work("create", [&] {
       const std::vector<BirthNumbers> groups =
           step == 0 ? make_share(rank, script, round) : between_steps(rank, script, round, newborn.shares);
-      messages = engine::split(groups, ring, step);
+      of_largest(script, round, [&] { messages = engine::split(groups, ring, step); });
     });
     newborn.shares = pass_on(rank, round, ring, step, std::move(messages));
   }

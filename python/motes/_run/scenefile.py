@@ -12,7 +12,6 @@ Callbacks and writing particles in `System.local` are refused, because a scene c
 
 from __future__ import annotations
 
-import runpy
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
@@ -88,6 +87,8 @@ def record(program: Sequence[str], path: Path, *, full: bool = False) -> Recordi
     Returns None if the script failed with an error of motes, after printing it on standard error. Raises
     SystemExit if the script exited with a code other than 0, MotesError if it ran no world.
     """
+    import runpy  # few programs start here
+
     global active
     active = Recording(path.absolute(), full)
     sys.argv = list(program)

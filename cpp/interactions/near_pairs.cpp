@@ -99,7 +99,10 @@ void NearPairs::find(TouchTask task, float reach, const std::vector<std::size_t>
     count_ += found[part];
   }
   touched_.assign(count_ + particles::kPadding, 0);
-  push_.assign(2 * std::size_t{count_} + 1, GrainPush{});
+  const std::size_t pushes = 2 * std::size_t{count_} + 1;
+  push_.clear();
+  if (push_.capacity() < pushes) push_.reserve(pushes + pushes / 8);  // new pages cost more than what is written there
+  push_.assign(pushes, GrainPush{});
   links_.begin.resize(task.places + 2);
   for (std::vector<std::uint32_t>* column : {&links_.pushes, &links_.pushed}) column->resize(2 * std::size_t{count_});
   task.begin = links_.begin.data();

@@ -20,11 +20,17 @@ namespace {
 constexpr std::size_t kRoom = particles::kPadding;
 constexpr std::uint64_t kMostPairs = INT32_MAX - 1;  // each has two ends, counted by 32 bits
 
-particles::Touch touch_of(std::uint64_t id, std::uint32_t law, std::uint32_t part, const PairState& state) {
-  particles::Touch touch{id, particles::law_part(law, part), state.step, {}, {}};
-  std::copy_n(state.slid, 3, touch.slid);
-  std::copy_n(state.rolled, 3, touch.rolled);
-  return touch;
+// Adds what one end of a pair remembers. Number by number: vectors over halves just stored would wait for them.
+void add_touch(std::uint64_t id, std::uint32_t law, const PairState& state, bool mirrored,
+               std::vector<particles::Touch>& to) {
+  particles::Touch& touch = to.emplace_back();
+  touch.id = id;
+  touch.law = law;
+  touch.step = state.step;
+  for (int c = 0; c < 3; ++c) {  // + 0: ends that compute a pair apart may differ by the sign of 0
+    touch.slid[c] = (mirrored ? 0.0f - state.slid[c] : state.slid[c]) + 0.0f;
+    touch.rolled[c] = state.rolled[c];
+  }
 }
 
 // Returns the state as the other end of the pair remembers it.
@@ -326,11 +332,9 @@ void NeighbourList::carry(const Remembered& before, std::uint32_t from, std::uin
 void NeighbourList::recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const {
   each_pair(kind_, near_.links(), begin_, second_, place, [&](std::size_t index, std::uint32_t other, bool mirrored) {
     for (std::uint32_t part = 0; part < kind_.parts; ++part) {
-      PairState state = state_[index + part];
+      const PairState& state = state_[index + part];
       if (state.step != now_) continue;
-      if (mirrored) state = back(state);
-      for (float& x : state.slid) x += 0.0f;  // ends that compute a pair apart may differ by the sign of 0
-      to.push_back(touch_of(ids_[other], law, kind_.first_part + part, state));
+      add_touch(ids_[other], particles::law_part(law, kind_.first_part + part), state, mirrored, to);
     }
   });
 }

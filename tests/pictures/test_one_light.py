@@ -105,7 +105,7 @@ OFF_AXIS = [(0.2, 0.3), (1.7, 0.8), (-2.9, 2.2), (3.8, -2.7), (-4.2, -1.2), (2.4
 
 
 def apart(sprite: motes.Sprite | None, pixels: int, **facts: Any) -> list[NDArray[np.float64]]:
-    """Return the light of balls of a width, px, in many directions: of particles, or of solids without a sprite.
+    """Return the light of balls of a width, px, in many directions: of particles, or else of solids.
 
     Each is a list of the pixels around the ball's middle that it covers. Tables know places to a quarter of a
     pixel: all are in the middle of one.
@@ -151,8 +151,8 @@ def test_small_spheres_have_the_light_of_solids_in_all_directions(
 ) -> None:
     """Those of a fixed number of pixels are drawn from tables, others pixel by pixel.
 
-    The weights of those that are blended are scaled, so that their sum does not depend on the place in a pixel:
-    they are up to a hundredth fainter, or brighter, and let as much of the background through.
+    The weights of those that are blended are scaled, so that their sum does not depend on the place in a
+    pixel: they are up to a hundredth fainter, or brighter, and let as much of the background through.
     """
     near = {"rel": 0.02, "abs": 0.003} if blend == "opaque" else {"rel": 0.03, "abs": 0.006}
     facts = SIDEWAYS[light]
@@ -168,6 +168,29 @@ def test_small_spheres_have_the_light_of_solids_in_all_directions(
         for one, other in zip(found, expected, strict=True):
             assert len(one) > 8
             assert one.mean(axis=0) == pytest.approx(other.mean(axis=0), **near)
+
+
+@pytest.mark.parametrize("blend", ["opaque", "alpha", "add"])
+def test_small_spheres_follow_the_sun(blend: Any) -> None:
+    """What is kept from picture to picture is that of the same light."""
+    suns = [(1, 0.5, 0.5), (1, 0.5, 0.5), (-1, 0.5, 0.5), (1, 0.5, 0.5)]
+
+    def drawn(suns: list[tuple[float, float, float]]) -> list[NDArray[np.float64]]:
+        renderer = motes.Renderer(160, 120, camera=WIDE, linear=True)
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("balls", sprite=motes.Sprite("sphere", 9, blend, lit=True))
+        pictures = []
+        with world:
+            system.emit(position=[(x, y, 0) for x, y in OFF_AXIS])
+            for sun in suns:
+                renderer.sun = sun
+                pictures.append(world.render().linear.astype(float))
+        return pictures
+
+    found = drawn(suns)
+    for sun, one in zip(suns, found, strict=True):
+        assert np.array_equal(one, drawn([sun])[0])
+    assert not np.array_equal(found[1], found[2])
 
 
 def test_small_spheres_are_seen_through_fog_as_any_others_are() -> None:

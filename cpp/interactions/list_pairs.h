@@ -28,30 +28,25 @@ struct Listing {
       }
     }
 
-    MOTES_INLINE Mask near(const Listing& law, const Task& task, std::uint32_t j) const {
+    MOTES_INLINE unsigned sees(const Listing& law, const Task& task, std::uint32_t j) const {
       const float* const* column = task.sources.column;
       const Floats3 r = seen_from(at, column, j);
       const float other = column[interactions::radius][j];
       const Floats reach = own + other + law.list.skin;
-      return (dot(r, r) < reach * reach) & (own > 0.0f) & (all(other) > 0.0f);
+      return bits_of((dot(r, r) < reach * reach) & (own > 0.0f) & (all(other) > 0.0f));
     }
 
-    MOTES_INLINE bool sees(const Listing& law, const Task& task, std::uint32_t j) const {
-      return any(near(law, task, j));
-    }
-
-    MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j) {
+    MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j, unsigned seen) {
       const bool ghost = task.sources.cells.order[j] >= task.sources.cells.own;
       if (law.list.ghosts_alone && !ghost) return;
-      Mask seen = near(law, task, j);
       if (law.list.once && !ghost)
-        seen &= (Ints)lane_numbers() < static_cast<std::int32_t>(j) - static_cast<std::int32_t>(first);
+        seen &= bits_of((Ints)lane_numbers() < static_cast<std::int32_t>(j) - static_cast<std::int32_t>(first));
       if (!kWrite) {
-        count -= seen;
+        count -= mask_of(seen);
         return;
       }
-      for (unsigned left = bits_of(seen); left != 0; left &= left - 1) {
-        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(left));
+      for (; seen != 0; seen &= seen - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(seen));
         if (first + lane != j) law.list.second[next[lane]++] = j;
       }
     }

@@ -113,21 +113,23 @@ MOTES_INLINE Numbers<T> numbers_of(const Task& task) {
   return actions::read_numbers<Numbers, T>(task.numbers);
 }
 
-/// Adds the sources first .. last - 1. Where Sums has sees(source), those that no lane sees are left out before any is
-/// added: whether one is seen cannot be predicted, so a branch for each would cost more than the test.
+/// Adds the sources first .. last - 1. Where Sums has sees(source), one bit per lane, those that no lane sees are left
+/// out before any is added: whether one is seen cannot be predicted, so a branch for each would cost more than the
+/// test.
 template <class Law, class Sums>
 MOTES_INLINE void add_sources(const Task& task, const Law& law, Sums& sums, std::uint32_t first, std::uint32_t last) {
   if constexpr (requires { sums.sees(law, task, first); }) {
     constexpr std::uint32_t kMost = 64;
-    std::uint32_t seen[kMost];
+    std::uint32_t seen[kMost], by[kMost];
     for (std::uint32_t next = first; next < last;) {
       const std::uint32_t end = next + kMost < last ? next + kMost : last;
       std::uint32_t count = 0;
       for (; next < end; ++next) {
         seen[count] = next;
-        count += sums.sees(law, task, next);
+        by[count] = sums.sees(law, task, next);
+        count += by[count] != 0;
       }
-      for (std::uint32_t k = 0; k < count; ++k) sums.add(law, task, seen[k]);
+      for (std::uint32_t k = 0; k < count; ++k) sums.add(law, task, seen[k], by[k]);
     }
   } else {
     for (std::uint32_t j = first; j < last; ++j) sums.add(law, task, j);

@@ -196,9 +196,17 @@ MOTES_INLINE bool any(Mask mask) { return vmaxvq_u32((uint32x4_t)mask) != 0; }
 #else
 MOTES_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
 #endif
+/// Returns one bit per lane, set where a < b.
+MOTES_INLINE unsigned bits_below(Floats a, Floats b) {
+#if MOTES_WIDTH == 512  // avoids the mask as a vector, which compilers would make
+  return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ);
+#else
+  return bits_of(a < b);
+#endif
+}
 /// Returns whether v <= limit in every lane; false if one is NaN.
 MOTES_INLINE bool all_at_most(Floats v, float limit) {
-#if MOTES_WIDTH == 512  // avoids the mask as a vector, which compilers would make
+#if MOTES_WIDTH == 512  // as above
   return _mm512_cmp_ps_mask((__m512)v, _mm512_set1_ps(limit), _CMP_NLE_UQ) == 0;
 #else
   return !any(~(v <= limit));

@@ -33,8 +33,10 @@ inline constexpr LaneOrders kLaneOrders = lane_orders();
 /// `front_of` clears those other lanes in a mask that was made by comparing pressed vectors with 0.
 class Selected {
  public:
+  MOTES_INLINE explicit Selected(Mask chosen) : Selected(bits_of(chosen)) {}
+  /// From one bit per lane, as `bits_of` returns them.
 #if MOTES_WIDTH == 512
-  MOTES_INLINE explicit Selected(Mask chosen) : bits_(static_cast<__mmask16>(bits_of(chosen))) {}
+  MOTES_INLINE explicit Selected(unsigned set) : bits_(static_cast<__mmask16>(set)) {}
   MOTES_INLINE std::size_t number() const { return static_cast<std::size_t>(__builtin_popcount(bits_)); }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm512_maskz_compress_epi32(bits_, (__m512i)v); }
   MOTES_INLINE Mask front_of(Mask pressed) const { return pressed; }  // the lanes behind are 0 already
@@ -42,7 +44,9 @@ class Selected {
  private:
   __mmask16 bits_;
 #elif MOTES_WIDTH == 256
-  MOTES_INLINE explicit Selected(Mask chosen) : Selected(bits_of(chosen), nullptr) {}
+  MOTES_INLINE explicit Selected(unsigned set)
+      : order_(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kLaneOrders.of[set])))),
+        number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
   MOTES_INLINE std::size_t number() const { return number_; }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm256_permutevar8x32_epi32((__m256i)v, order_); }
   MOTES_INLINE Mask front_of(Mask pressed) const {
@@ -50,30 +54,24 @@ class Selected {
   }
 
  private:
-  MOTES_INLINE Selected(unsigned set, std::nullptr_t)
-      : order_(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kLaneOrders.of[set])))),
-        number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
-
   __m256i order_;
   std::size_t number_;
 #elif MOTES_NEON
-  MOTES_INLINE explicit Selected(Mask chosen) : Selected(bits_of(chosen), nullptr) {}
+  MOTES_INLINE explicit Selected(unsigned set)
+      : order_(vld1q_u8(kLaneOrders.of[set])), number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
   MOTES_INLINE std::size_t number() const { return number_; }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)vqtbl1q_u8((uint8x16_t)v, order_); }
   MOTES_INLINE Mask front_of(Mask pressed) const { return pressed & first_lanes(number_); }
 
  private:
-  MOTES_INLINE Selected(unsigned set, std::nullptr_t)
-      : order_(vld1q_u8(kLaneOrders.of[set])), number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
-
   uint8x16_t order_;
   std::size_t number_;
 #else
-  MOTES_INLINE explicit Selected(Mask chosen) {
+  MOTES_INLINE explicit Selected(unsigned set) {
     std::uint32_t count = 0;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       place_[lane] = count;
-      count += static_cast<std::uint32_t>(chosen[lane] & 1);
+      count += set >> lane & 1u;
     }
     number_ = count;
   }

@@ -1,9 +1,12 @@
 """A shot with solids, lamps and sprites of each kind, exported as a scene, and its pictures.
 
-Arguments: a folder, and how many frames.
+Arguments: a folder, and how many frames. With --checkpoints, a second start continues; the last rank kills
+itself before it writes frame DIE, a variable of the environment.
 """
 
 import argparse
+import os
+import signal
 
 import numpy as np
 
@@ -14,6 +17,7 @@ parser = argparse.ArgumentParser()
 parser.add_argument("folder")
 parser.add_argument("--frames", type=int, default=4)
 parser.add_argument("--size", default="480x270")
+parser.add_argument("--checkpoints", action="store_true")
 args = parser.parse_args()
 width, height = map(int, args.size.split("x"))
 
@@ -59,7 +63,8 @@ renderer = motes.Renderer(
         motes.Light((-3, 4, 3), power=9, spot=((0, -1, 0), 50)),
     ],
 )
-world = motes.World(seed=5, space=(-4, 4), renderer=renderer, progress="off", roles="shared")
+kept = motes.Checkpoint(f"{args.folder}/kept", every=1) if args.checkpoints else None
+world = motes.World(seed=5, space=(-4, 4), renderer=renderer, progress="off", roles="shared", checkpoint=kept)
 grains = world.system(
     "grains", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"), attributes={"heat": 0.5}
 )
@@ -106,6 +111,8 @@ with world, motes.Export(f"{args.folder}/shot.usd", scene=True) as export:
         for system in (grains, sparks, leaves, flags, darts, trails, water):
             system.move()
         picture = world.render()
+        if str(frame) == os.environ.get("DIE") and world.rank == world.size - 1:
+            os.kill(os.getpid(), signal.SIGKILL)
         export.write(world)
         picture.save(f"{args.folder}/picture_{frame}.png")
         if frame == args.frames - 1:

@@ -8,7 +8,9 @@
 #pragma once
 
 #include "interactions/parting.h"
+#include "interactions/quads3.h"
 #include "interactions/sweep.h"
+#include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 
@@ -48,14 +50,6 @@ struct Collision {
     const Floats3 way = v * step;
     const Floats length2 = dot(way, way);
     return only(length2 > reach2, way - way * (reach / sqrt(length2)));
-  }
-
-  /// Returns whether a source's predicted position lacks a part of its displacement.
-  MOTES_INLINE bool cuts_off(const float* const* column, std::uint32_t j) const {
-    const float x = column[interactions::velocity_x][j] * step[0];
-    const float y = column[interactions::velocity_y][j] * step[0];
-    const float z = column[interactions::velocity_z][j] * step[0];
-    return x * x + y * y + z * z > reach2[0];
   }
 
   /// Speeds of a pair, m/s: its velocity apart along n and across it, and what a push adds and stops of these.
@@ -111,22 +105,43 @@ struct Collision {
     return change_by(pair.n, push);
   }
 
-  struct Sums {
-    Floats3 at, velocity, sum{};
-    Floats3 lacks{};  // law.cut_off(velocity)
-    bool lack = false;  // whether any of these is not zero
-    Floats part, own_radius, own_inverse, own_share{};
-    float other_inverse = __builtin_nanf("");  // 1/kg, for which own_share was computed
-    Ints touching{}, zeros{};
+  /// Pairs within reach, in the order in which they are found. Of a vector of targets, a source is usually within reach
+  /// of one or two: pairs of several sources fill a vector, and each target's changes are added in their order.
+  struct Queue {
+    static constexpr std::uint32_t kMost = 112;  // pairs, and up to a vector more
+    static constexpr int kContacts = 6, kRadius = 7, kInverse = kRadius + kRadii, kColumns = kInverse + kMasses;
 
-    MOTES_INLINE Sums(const Collision& law, const Task& task, std::uint32_t i, std::uint32_t)
+    alignas(64) std::uint32_t lane[kMost + 2 * kLanes];  // of the target
+    alignas(64) float source[kColumns][kMost + 2 * kLanes];  // its columns
+    alignas(64) Four sums[kLanes] = {};  // by target: change of velocity, and number of contacts
+    std::uint32_t count = 0;
+
+    MOTES_INLINE void push(unsigned chosen, const float* const* column, std::uint32_t j) {
+      using interactions::at_x, interactions::velocity_x;
+      const Selected selected(chosen);
+      store_selected(lane + count, selected, lane_numbers());
+      const auto put = [&](int c, int from) { store(source[c] + count, all(column[from][j])); };
+      for (int c = 0; c < 3; ++c) put(c, at_x + c);
+      for (int c = 0; c < 3; ++c) put(3 + c, velocity_x + c);
+      put(kContacts, interactions::contacts);
+      if (kRadii) put(kRadius, interactions::radius);
+      if (kMasses) put(kInverse, interactions::inverse_mass);
+      count += static_cast<std::uint32_t>(selected.number());
+    }
+  };
+
+  struct Sums {
+    Floats3 at, velocity;
+    Floats part, own_radius, own_inverse;
+    std::uint32_t self;  // number of the first target among the sources
+    bool equals = false;  // whether another particle is at a target's position
+    Queue queue;
+
+    MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, interactions::at_x, i)),
           velocity(load_column(task.targets.column, interactions::velocity_x, i)),
-          part(2.0f / max(load(task.targets.column[interactions::contacts] + i), all(2.0f))) {
-      if (law.fast) {
-        lacks = law.cut_off(velocity);
-        lack = any((lacks.x != 0.0f) | (lacks.y != 0.0f) | (lacks.z != 0.0f));
-      }
+          part(2.0f / max(load(task.targets.column[interactions::contacts] + i), all(2.0f))),
+          self(task.side == 0 ? i : UINT32_MAX - kLanes) {
       if (kRadii) own_radius = load(task.targets.column[interactions::radius] + i);
       if (kMasses) own_inverse = load(task.targets.column[interactions::inverse_mass] + i);
     }
@@ -138,61 +153,56 @@ struct Collision {
       return kRadii ? reach * reach : law.reach2;
     }
 
-    MOTES_INLINE bool sees(const Collision& law, const Task& task, std::uint32_t j) const {
+    MOTES_INLINE unsigned sees(const Collision& law, const Task& task, std::uint32_t j) const {
       const Floats3 r = seen_from(at, task.sources.column, j);
-      return any(dot(r, r) < squared(law, reach_to(law, task.sources.column, j)));
+      return bits_below(dot(r, r), squared(law, reach_to(law, task.sources.column, j)));
     }
 
-    MOTES_INLINE void add(const Collision& law, const Task& task, std::uint32_t j) {
-      const float* const* column = task.sources.column;
-      Floats3 r = seen_from(at, column, j);
-      Floats r2 = dot(r, r);
-      const Floats reach = reach_to(law, column, j), reach2 = squared(law, reach);
-      Mask near = r2 < reach2;
-      if (law.fast && (lack || law.cuts_off(column, j))) {
-        r = later(law, r, column, j);
-        r2 = dot(r, r);
-        near &= r2 < reach2;
+    MOTES_INLINE void add(const Collision& law, const Task& task, std::uint32_t j, unsigned seen) {
+      const std::uint32_t own = j - self;  // its lane, if it is a target
+      queue.push(own < kLanes ? seen & ~(1u << own) : seen, task.sources.column, j);
+      if (queue.count > Queue::kMost) add_queued(law);
+    }
+
+    /// Adds the pairs of the queue, a vector at a time, and empties it.
+    __attribute__((noinline)) void add_queued(const Collision& law) {
+      for (std::uint32_t p = 0; p < queue.count; p += kLanes) {
+        const Mask used = first_lanes(queue.count - p);
+        const Ints lane = (Ints)load_uints(queue.lane + p) & used;
+        const auto own = [&](const Floats3& v) { return Floats3{pick(v.x, lane), pick(v.y, lane), pick(v.z, lane)}; };
+        const auto other = [&](int c) { return load(queue.source[c] + p); };
+        const Floats3 v = own(velocity), its_v{other(3), other(4), other(5)};
+        Floats3 r = Floats3{other(0), other(1), other(2)} - own(at);
+        if (law.fast) r = r + (law.cut_off(its_v) - law.cut_off(v));
+        const Floats r2 = dot(r, r), reach = kRadii ? pick(own_radius, lane) + other(Queue::kRadius) : law.reach;
+        const Mask near = used & (r2 < squared(law, reach)), seen = near & (r2 > 0.0f);
+        equals |= any(near & (r2 <= 0.0f));
+        const Floats d = sqrt(r2);
+        const Floats shared = share(pick(part, lane), other(Queue::kContacts), kMasses ? pick(own_inverse, lane) : part,
+                                    kMasses ? other(Queue::kInverse) : part);
+        const Floats3 change = law.push({reach, r * (1.0f / d), d, its_v - v}, seen) * shared;
+        const Quads changes = quads_of(only(seen, change), only(seen, all(1.0f)));
+        for (std::uint32_t k = 0; k < kLanes && p + k < queue.count; ++k) {
+          queue.sums[queue.lane[p + k]] += load_four(reinterpret_cast<const float*>(changes.word[k]));
+        }
       }
-      zeros -= near & (r2 <= 0.0f);
-      const Mask seen = near & (r2 > 0.0f);
-      const Floats d = sqrt(r2);
-      const Floats3 change =
-          law.push({reach, r * (1.0f / d), d, velocity_seen_from(velocity, column, j)}, seen) * share(column, j);
-      sum = sum + only(seen, change);
-      touching -= seen;
+      queue.count = 0;
     }
 
-    /// Returns where a source is, relative to the targets, at the end of the step; `r`: by the predicted positions.
-    MOTES_INLINE Floats3 later(const Collision& law, Floats3 r, const float* const* column, std::uint32_t j) const {
-      const Floats3 of_source = {all(column[interactions::velocity_x][j]), all(column[interactions::velocity_y][j]),
-                                 all(column[interactions::velocity_z][j])};
-      return r + (law.cut_off(of_source) - lacks);
-    }
-
-    /// Returns the target's part of a push: by mass, divided by half the contacts of the busier particle.
-    MOTES_INLINE Floats share(const float* const* column, std::uint32_t j) {
-      const float contacts = column[interactions::contacts][j];
-      const Floats least = min(part, all(2.0f / (contacts > 2 ? contacts : 2.0f)));
-      if (!kMasses) return least * 0.5f;
-      const float inverse = column[interactions::inverse_mass][j];
-      if (inverse != other_inverse) {  // divides once where all masses are equal
-        other_inverse = inverse;
-        own_share = own_inverse / max(own_inverse + inverse, all(1e-30f));
-      }
-      return least * own_share;
+    /// Returns the target's part of a push: by mass, divided by half the contacts of the busier particle. `part`: what
+    /// the target's own contacts allow.
+    static MOTES_INLINE Floats share(Floats part, Floats contacts, Floats own_inverse, Floats inverse) {
+      const Floats least = min(part, 2.0f / select(contacts > 2.0f, contacts, all(2.0f)));
+      return kMasses ? least * (own_inverse / max(own_inverse + inverse, all(1e-30f))) : least * 0.5f;
     }
 
     MOTES_INLINE void finish(const Collision& law, const Task& task, const Around& around, std::uint32_t i,
                              std::uint32_t last) {
-      Ints self{};  // a particle with a radius finds itself at distance 0
-      const Floats own_reach = kRadii ? own_radius + own_radius : law.reach;
-      if (task.side == 0) self -= own_reach * own_reach > 0.0f;
-      if (any(zeros > self)) {
-        Sums copy = *this;  // the address of a copy: the loop over sources keeps the sums in registers
-        copy.part_equals(law, task, around, i, last);
-        *this = copy;
-      }
+      add_queued(law);
+      const FourWords sums = load_fours([&](std::size_t lane) { return &queue.sums[lane]; });
+      Floats3 sum = three(sums);
+      Ints touching = to_ints(fourth(sums));
+      if (equals) part_equals(law, task, around, i, last, sum, touching);
       const Floats3 now = velocity + sum;
       const Floats count = to_floats(touching);
       const Mask sleeps = (touching > 1) & (dot(now, now) < law.sleep2);
@@ -204,7 +214,8 @@ struct Collision {
 
     /// Adds the contacts with particles at the same position, after all others and in the same order.
     __attribute__((noinline)) void part_equals(const Collision& law, const Task& task, const Around& around,
-                                               std::uint32_t i, std::uint32_t last) {
+                                               std::uint32_t i, std::uint32_t last, Floats3& sum,
+                                               Ints& touching) const {
       const CellsView& targets = task.targets.cells;
       const CellsView& sources = task.sources.cells;
       for (std::uint32_t lane = 0; lane < last - i; ++lane) {
@@ -216,17 +227,22 @@ struct Collision {
           const std::uint32_t to = first_at(sources, *around.rows[n], z + 2);
           for (std::uint32_t j = first_at(sources, *around.rows[n], z - 1); j < to; ++j) {
             const std::uint64_t other = id_of(task.sources, j);
-            Floats3 r = seen_from(at, task.sources.column, j);
+            const float* const* column = task.sources.column;
+            const auto all_at = [&](int c) { return all(column[c][j]); };
+            Floats3 r = seen_from(at, column, j);
             const Floats before2 = dot(r, r);
-            if (law.fast) r = later(law, r, task.sources.column, j);
+            const Floats3 its_v{all_at(interactions::velocity_x), all_at(interactions::velocity_y),
+                                all_at(interactions::velocity_z)};
+            if (law.fast) r = r + (law.cut_off(its_v) - law.cut_off(velocity));
             const Floats r2 = dot(r, r);
             if (r2[lane] > 0 || (task.side == 0 && own == other)) continue;
-            const float* const* column = task.sources.column;
             const Floats reach = reach_to(law, column, j);
             if (!(max(before2, r2)[lane] < reach[lane] * reach[lane])) continue;
-            const Floats3 change = law.push(
-                {reach, all3(parting(own, other, task.side)), Floats{}, velocity_seen_from(velocity, column, j)}, here);
-            sum = sum + only(here, change * share(column, j));
+            const Floats shared = share(part, all_at(interactions::contacts), kMasses ? own_inverse : part,
+                                        kMasses ? all_at(interactions::inverse_mass) : part);
+            const Floats3 change =
+                law.push({reach, all3(parting(own, other, task.side)), Floats{}, its_v - velocity}, here) * shared;
+            sum = sum + only(here, change);
             touching -= here;
           }
         }

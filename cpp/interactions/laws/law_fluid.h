@@ -58,9 +58,10 @@ struct Neighbour {
     if (any(here)) part(task, here, first, j);
   }
 
-  static MOTES_INLINE bool sees(const Task& task, const Floats3& at, const SmoothingKernel& spread, std::uint32_t j) {
+  static MOTES_INLINE unsigned sees(const Task& task, const Floats3& at, const SmoothingKernel& spread,
+                                    std::uint32_t j) {
     const Floats3 r = seen_from(at, task.sources.column, j);
-    return any(spread.in_radii(dot(r, r)) < 1.0f);
+    return bits_below(spread.in_radii(dot(r, r)), all(1.0f));
   }
 
   // Gives sources at the same position a direction from their ids.
@@ -102,11 +103,11 @@ struct Pressure {
           velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           mass(load(task.targets.column[interactions::mass] + i)) {}
 
-    MOTES_INLINE bool sees(const Pressure& law, const Task& task, std::uint32_t j) const {
+    MOTES_INLINE unsigned sees(const Pressure& law, const Task& task, std::uint32_t j) const {
       return Neighbour::sees(task, at, law.spread, j);
     }
 
-    MOTES_INLINE void add(const Pressure& law, const Task& task, std::uint32_t j) {
+    MOTES_INLINE void add(const Pressure& law, const Task& task, std::uint32_t j, unsigned) {
       const Neighbour n(task, at, law.spread, first, j);
       const float of = task.sources.column[interactions::mass][j];
       density = density + only(n.seen, law.spread.share(n.q2) * of);
@@ -154,11 +155,11 @@ struct Fluid {
           mass(load(task.targets.column[interactions::mass] + i)),
           pressure(load(task.targets.column[interactions::pressure] + i)) {}
 
-    MOTES_INLINE bool sees(const Fluid& law, const Task& task, std::uint32_t j) const {
+    MOTES_INLINE unsigned sees(const Fluid& law, const Task& task, std::uint32_t j) const {
       return Neighbour::sees(task, at, law.spread, j);
     }
 
-    MOTES_INLINE void add(const Fluid& law, const Task& task, std::uint32_t j) {
+    MOTES_INLINE void add(const Fluid& law, const Task& task, std::uint32_t j, unsigned) {
       const Neighbour n(task, at, law.spread, first, j);
       const float* const* column = task.sources.column;
       const float of = column[interactions::mass][j];

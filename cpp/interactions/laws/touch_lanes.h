@@ -5,7 +5,7 @@
 #include "interactions/displacements.h"
 #include "interactions/grains.h"
 #include "interactions/laws/law_contact.h"
-#include "simd/quads.h"
+#include "interactions/quads3.h"
 
 namespace motes::MOTES_ISA {
 
@@ -13,9 +13,6 @@ using interactions::Course;
 using interactions::Grain;
 using interactions::GrainPush;
 using interactions::TouchTask;
-
-MOTES_INLINE Floats3 three(const FourWords& v) { return {(Floats)v.word[0], (Floats)v.word[1], (Floats)v.word[2]}; }
-MOTES_INLINE Floats fourth(const FourWords& v) { return (Floats)v.word[3]; }
 
 /// A number per lane, to compute addresses from.
 struct LaneNumbers {
@@ -31,13 +28,6 @@ struct LaneNumbers {
 template <class Record>
 MOTES_INLINE FourWords load_at(const Record* records, const LaneNumbers& places) {
   return load_fours([&](std::size_t lane) { return records[places.of[lane]].at; });
-}
-
-using Four = float __attribute__((vector_size(16)));
-MOTES_INLINE Four load_four(const float* from) {
-  Four v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return v;
 }
 
 /// Returns whether a grain is far from its course, or has grown. A grain at NaN touches nothing.
@@ -164,9 +154,6 @@ inline void order_pushes(const TouchTask& task) {
 MOTES_INLINE void store_push(GrainPush* to, std::size_t lane, const Quads& velocity, const Quads& spin) {
   __builtin_memcpy(to->velocity, velocity.word[lane], 16);
   __builtin_memcpy(to->spin, spin.word[lane], 16);
-}
-MOTES_INLINE Quads quads_of(const Floats3& v, Floats last) {
-  return quads_of((Uints)v.x, (Uints)v.y, (Uints)v.z, (Uints)last);
 }
 
 /// Computes up to one vector of touches. `numbers`: 2 * near pair + the end that is the target.

@@ -55,17 +55,21 @@ def form_of(shape: Shape) -> Form:
 
 def _flat(shape: Shape) -> Form:
     """Return the form of a triangle, a rectangle or a plane."""
-    square = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    if isinstance(shape, Plane):
+        return Form(("Plane",), _vast, _placed(frame_along(shape.normal), shape.point))
+    assert isinstance(shape, (Triangle, Rectangle))
     if isinstance(shape, Triangle):
-        p0, p1, p2 = (np.array(one, float) for one in (shape.p0, shape.p1, shape.p2))
-        half = square[[0, 1, 3]], np.array([[0, 1, 2]]), None
-        return Form(("Triangle",), lambda: half, _placed(_sides(p1 - p0, p2 - p0), p0))
-    if isinstance(shape, Rectangle):
-        u, v = np.array(shape.u, float), np.array(shape.v, float)
-        whole = square, np.array([[0, 1, 2], [0, 2, 3]]), None
-        return Form(("Rectangle",), lambda: whole, _placed(_sides(u, v), shape.origin))
-    assert isinstance(shape, Plane)
-    return Form(("Plane",), _vast, _placed(frame_along(shape.normal), shape.point))
+        origin, p1, p2 = (np.array(one, float) for one in (shape.p0, shape.p1, shape.p2))
+        axes, lean = _sides(p1 - origin, p2 - origin)
+        corners = [(0.0, 0, 0), (1, 0, 0), (lean, 1, 0)]
+    else:
+        origin = np.array(shape.origin, float)
+        axes, lean = _sides(np.array(shape.u, float), np.array(shape.v, float))
+        corners = [(0.0, 0, 0), (1, 0, 0), (1 + lean, 1, 0), (lean, 1, 0)]
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])[: len(corners) - 2]
+    return Form(
+        (type(shape).__name__, lean), lambda: (np.array(corners), triangles, None), _placed(axes, origin)
+    )
 
 
 def _vast() -> tuple[Floats, NDArray[np.int64], None]:
@@ -110,9 +114,16 @@ def _placed(axes: Any, position: Any) -> Floats:
     return place
 
 
-def _sides(u: Floats, v: Floats) -> Floats:
-    across = np.cross(u, v)
-    return np.stack([u, v, across / max(float(np.linalg.norm(across)), 1e-30)], axis=1)
+def _sides(u: Floats, v: Floats) -> tuple[Floats, float]:
+    """Return axes along u, across it in the plane of u and v, and across both; and how far v leans along u.
+
+    Axes at right angles: Blender knows no others, and would turn and scale a sheared form (5.0.1).
+    """
+    long = max(float(np.linalg.norm(u)), 1e-30)
+    normal = np.cross(u, v)
+    area = max(float(np.linalg.norm(normal)), 1e-30)
+    across = np.cross(normal / area, u / long)
+    return np.stack([u, across * (area / long), normal / area], axis=1), round(float(u @ v) / long**2, 6)
 
 
 def _box() -> tuple[Floats, NDArray[np.int64], None]:

@@ -120,7 +120,7 @@ class Ledger:
                         f"rank {part.rank} has written {part.file}, but {path} is not what it wrote: "
                         "all ranks must see the same directory"
                     )
-        # What other programs read lists all frames, so each time it takes longer: an eighth of the time at most.
+        # What other programs read lists all frames, so it takes longer each time: an eighth of all at most.
         begin = time.monotonic()
         shows = manifest.finished or begin >= self._next_show_s
         self._place.publish(manifest, shows=shows)

@@ -35,10 +35,10 @@ bool has_even_light(const View& view) {
 
 // Returns whether fog is the same in front of all points of each of the sprite's spheres, but for less than a step of
 // 1/255. The light that passes changes with the distance by at most 1 / (e * distance), and no visible point is farther
-// than 2/3 of the radius from the mean distance. The light of lit spheres also depends on their place in the picture.
+// than 2/3 of the radius from the mean distance.
 bool has_even_fog(const Sprite& sprite, const View& view) {
   constexpr double kMost = 255 * (2.0 / 3) * 0.36788;
-  return sprite.blend == Sprite::Blend::opaque && sprite.is(Sprite::Kind::sphere) && !lit_by_painter(sprite) &&
+  return sprite.blend == Sprite::Blend::opaque && sprite.is(Sprite::Kind::sphere) &&
          kMost * 0.5 * diameter_of(sprite, view.height) < lens(view).focal_px;
 }
 

@@ -27,4 +27,7 @@ struct SurfaceLight {
 /// Returns what the painter applies to a sprite; null: nothing.
 std::shared_ptr<const SurfaceLight> surface_light(const Sprite& sprite, const View& view);
 
+/// Returns the light on spheres that are not lit, or that have light of no colour: see Daylight.
+std::shared_ptr<const SurfaceLight> grey_light(const View& view);
+
 }  // namespace motes::image

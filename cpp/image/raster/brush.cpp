@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <span>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -55,124 +54,35 @@ SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
   return t;
 }
 
-// A pixel of a sphere: the part of it that is covered, and its shade.
-struct SpherePixel {
-  double edge;
-  std::array<double, 3> shade;
-};
-
-// The light on spheres, per channel, as a function of their normal in the camera's axes: grey, or for lit sprites under
-// coloured light.
-using SphereShades = std::function<std::array<double, 3>(const Vector& normal)>;
-
-SphereShades grey_shades(const Daylight& daylight) {
-  return [daylight](const Vector& normal) {
-    const double shade = daylight.shade(normal);
-    return std::array<double, 3>{shade, shade, shade};
-  };
-}
-
-SphereShades tinted_shades(const View& view) {
-  return [through = lens(view), sun = sun_of(view), sky = ambient(view)](const Vector& normal) {
-    const Vector world = through.right * normal[0] + through.up * normal[1] - through.forward * normal[2];
-    const double facing = sun.shines ? std::max(dot(world, vector_of(sun.toward)), 0.0) : 0;
-    std::array<double, 3> shade = ambient_on(sky, world);
-    for (std::size_t c = 0; c < 3; ++c) shade[c] = std::min(shade[c] + double{sun.color[c]} * facing, 1.0);
-    return shade;
-  };
-}
-
-// Sets the weights of channels first .. last - 1, whose shades are alike, so that a sphere has the light of
-// Sphere::total() in each phase. `pixels`: in the order of for_each_pixel.
-void set_weights(std::span<const SpherePixel> pixels, std::size_t first, std::size_t last, double light,
-                 const Footprint& f, SurfaceTables& t) {
-  const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
-  std::vector<double> weights;
-  std::size_t i = 0;
-  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double, double) {
-    const SpherePixel& pixel = pixels[i];
-    if (i % in_phase == 0) {
-      weights.clear();
-      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade[first]);
-      scale_to(weights, kWholeByte * light);
-    }
-    const double weight = weights[i++ % in_phase], shade = pixel.shade[first];
-    const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column;
-    const std::uint8_t cover = pixel.edge > 0 && shade > 0 ? to_byte(std::min(kWholeByte, weight / shade)) : 0;
-    std::fill(t.weights.begin() + static_cast<std::ptrdiff_t>(at + first),
-              t.weights.begin() + static_cast<std::ptrdiff_t>(at + last), to_byte(weight));
-    std::fill(t.cover.begin() + static_cast<std::ptrdiff_t>(at + first),
-              t.cover.begin() + static_cast<std::ptrdiff_t>(at + last), cover);
-  });
-}
-
-// Returns the mean shade over the disc that a sphere covers in the picture.
-std::array<double, 3> mean_of(const SphereShades& shades) {
-  constexpr int kSteps = 64;
-  std::array<double, 3> sum{};
-  int count = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    for (int j = 0; j < kSteps; ++j) {
-      const double x = (2 * i + 1.0) / kSteps - 1, y = (2 * j + 1.0) / kSteps - 1;
-      const double under = 1 - x * x - y * y;
-      if (under < 0) continue;
-      const auto shade = shades({x, y, std::sqrt(under)});
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += shade[c];
-      ++count;
-    }
-  }
-  for (double& number : sum) number /= count;
-  return sum;
-}
-
-// Packs the factors of a shade's channels on its brightest one, which is `most` of 255.
-std::uint32_t tint_of(const std::array<double, 3>& shade, std::uint32_t most) {
-  std::uint32_t tint = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    tint |= std::uint32_t{to_byte(std::min(kWholeByte, kWholeByte * kWholeByte * shade[c] / most))} << (8 * c);
-  }
-  return tint;
-}
-
-SurfaceTables sphere_tables(const Sprite& sprite, float diameter, const Footprint& f, const View& view) {
-  const int size = f.size, phase_bits = f.phase_bits, row_bytes = f.row_bytes;
+// Makes tables of spheres, whose light is in Balls. The cover of all phases has the sum of the disc's.
+SurfaceTables round_surface(float diameter, const Footprint& f) {
   SurfaceTables t;
-  const std::size_t rows = rows_of(size, phase_bits);
-  t.weights.assign(rows * static_cast<std::size_t>(row_bytes), 0);
-  t.cover = t.weights;
+  const std::size_t rows = rows_of(f.size, f.phase_bits);
+  const auto surface = static_cast<std::size_t>(surface_row(f.size)), row_bytes = static_cast<std::size_t>(f.row_bytes);
+  const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
+  t.cover.assign(rows * row_bytes, 0);
   t.covered.assign(rows, 0);
-  const auto surface = static_cast<std::size_t>(surface_row(size));
-  t.shade.assign((rows + 1) * surface, 0);
   t.bulge.assign((rows + 1) * surface, 0);
-  const bool colored = lit_by_painter(sprite) && !has_grey_light(view);
-  const bool tinted = colored || fogged_by_painter(sprite, view);
-  const SphereShades shades = colored ? tinted_shades(view) : grey_shades(Daylight(view));
-  if (tinted) t.tint.assign(t.shade.size(), 0);
   const double radius = 0.5 * diameter;
-  std::vector<SpherePixel> pixels;
-  for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
+  std::vector<double> edges;
+  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
     const double distance = std::sqrt(x * x + y * y);
-    const double edge = std::clamp(radius - distance + 0.5, 0.0, 1.0);
-    const double shrink =
-        distance < radius ? 1 / radius : 1 / distance; // outside the sphere: the direction at the rim
-    const double nx = x * shrink, ny = -y * shrink;
-    const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
-    const std::array<double, 3> shade = shades({nx, ny, nz});
-    pixels.push_back({edge, shade});
+    edges.push_back(std::clamp(radius - distance + 0.5, 0.0, 1.0));
     if (distance >= radius) return;
     t.covered[row] |= static_cast<std::uint16_t>(1u << column);
-    const double brightest = *std::max_element(shade.begin(), shade.end());
-    const std::uint32_t at_least_1 = std::max<std::uint8_t>(
-        1, tinted ? static_cast<std::uint8_t>(std::ceil(kWholeByte * brightest)) : to_byte(kWholeByte * brightest));
-    t.shade[row * surface + column] = at_least_1 << kShadeShift;
-    if (tinted) t.tint[row * surface + column] = tint_of(shade, at_least_1);
-    t.bulge[row * surface + column] = static_cast<float>(nz);
+    t.bulge[row * surface + column] = static_cast<float>(std::sqrt(1 - (x * x + y * y) / (radius * radius)));
   });
-  const std::array<double, 3> mean = mean_of(shades);
-  const std::size_t alike = tinted ? 1 : 3;
-  for (std::size_t c = 0; c < 3; c += alike) {
-    set_weights(pixels, c, c + alike, std::numbers::pi * radius * radius * mean[c], f, t);
-  }
+  double scale = 0;
+  std::size_t i = 0;
+  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double, double) {
+    if (i % in_phase == 0) {
+      const auto first = edges.begin() + static_cast<std::ptrdiff_t>(i);
+      scale = std::numbers::pi * radius * radius /
+              std::accumulate(first, first + static_cast<std::ptrdiff_t>(in_phase), 0.0);
+    }
+    const std::uint8_t cover = to_byte(std::min(kWholeByte, kWholeByte * edges[i++] * scale));
+    std::fill_n(t.cover.begin() + static_cast<std::ptrdiff_t>(row * row_bytes + 3 * column), 3, cover);
+  });
   return t;
 }
 
@@ -196,7 +106,6 @@ SurfaceSplat surface_splat(const View& view) {
   s.sun = static_cast<float>(daylight.sun());
   s.low = static_cast<float>(daylight.low());
   s.high = static_cast<float>(daylight.high());
-  s.mean_shade = static_cast<float>(mean_of(grey_shades(daylight))[0]);
   return s;
 }
 
@@ -285,7 +194,13 @@ void Brush::set_splat(const View& view) {
     splat_.per_unit = static_cast<float>(1 / (lens(view).focal_px * (1 << splat_.sub_bits)));
   }
   if (sphere) {
-    tables_ = sphere_tables(sprite_, diameter, f, view);
+    tables_ = round_surface(diameter, f);
+    const bool grey = !lit_by_painter(sprite_) || has_grey_light(view);
+    const BallForm form = sprite_.blend != Sprite::Blend::opaque ? BallForm::weights
+                          : grey && !(splat_.fog_density > 0)    ? BallForm::shades
+                                                                 : BallForm::surfaces;
+    balls_ = std::make_shared<Balls>(Grid{width_, height_}, f, diameter, lens(view).focal_px, form, grey,
+                                     grey ? grey_light(view) : surface_light(sprite_, view));
   } else if (sprite_.blend == Sprite::Blend::opaque) {
     tables_ = flat_surface(point, diameter, f);
   }
@@ -301,12 +216,9 @@ const Footprint& Brush::footprint_in_use() const {
 // Sets pointers to its own tables on each call, as wide_at() does, because a brush may have been moved.
 Splat Brush::splat_at(int x, int y) const {
   Splat s = splat_;
-  const bool own = !tables_.weights.empty();
-  s.weights = own ? tables_.weights.data() : footprint_in_use().weights.data();
-  s.cover = own ? tables_.cover.data() : s.weights;
+  s.balls = balls_ == nullptr ? nullptr : &balls_->tile(x, y);
+  s.weights = tables_.cover.empty() ? footprint_in_use().weights.data() : tables_.cover.data();
   s.covered = tables_.covered.data();
-  s.shade = tables_.shade.empty() ? nullptr : tables_.shade.data();
-  s.tint = tables_.tint.empty() ? nullptr : tables_.tint.data();
   s.bulge = tables_.bulge.empty() ? nullptr : tables_.bulge.data();
   const int half = 1 << (s.sub_bits - 1);
   s.origin_x = 2 * half * x - (width_ + 1 - s.size) * half;

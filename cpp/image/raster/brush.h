@@ -32,6 +32,7 @@
 #include <variant>
 #include <vector>
 
+#include "image/balls/ball_tile.h"
 #include "image/footprint.h"
 #include "image/layout.h"
 #include "image/raster/splat_lanes.h"
@@ -42,11 +43,9 @@ namespace motes::image {
 
 /// Tables of a fixed-size sprite that is not a plain footprint. Rows are ordered as in Footprint.
 struct SurfaceTables {
-  std::vector<std::uint8_t> weights, cover;  // three per pixel
-  std::vector<std::uint16_t> covered;        // one bit per pixel of a row
-  std::vector<std::uint32_t> shade;          // as Splat::shade; empty: fully lit
-  std::vector<std::uint32_t> tint;           // as Splat::tint; empty: of no colour
-  std::vector<float> bulge;                  // as Splat::bulge; empty: flat
+  std::vector<std::uint8_t> cover;     // three per pixel
+  std::vector<std::uint16_t> covered;  // one bit per pixel of a row
+  std::vector<float> bulge;            // as Splat::bulge; empty: flat
 };
 
 using KindSplat = std::variant<std::monostate, DiscSplat, SphereSplat, PictureSplat, SpaceSplat, CardSplat, MeshSplat>;
@@ -72,6 +71,9 @@ class Brush {
 
   /// Returns whether its sprites test visibility at each pixel: ribbons, and cards and meshes seen through a lens.
   bool tests_pixels() const { return layout_ == Layout::ribbon || (is_posed(sprite_) && blurs_); }
+
+  /// Returns whether it is worth keeping while the view stands: it has what was costly to make.
+  bool lasts() const { return balls_ != nullptr; }
 
   /// Returns whether its surfaces may be brighter than white.
   bool bright() const { return light_ != nullptr; }
@@ -105,6 +107,7 @@ class Brush {
   bool blurs_;
   Footprint own_; // of a sprite whose size is a fraction of the picture's height
   SurfaceTables tables_;
+  std::shared_ptr<Balls> balls_;  // of spheres; each tile is drawn by one thread at a time
   Splat splat_{};
   WideSplat wide_{};
   KindSplat kind_;  // of wide_

@@ -1,6 +1,7 @@
 // sphere: shaded by the sun and the sky, round in depth.
 #pragma once
 
+#include "image/balls/ball_normals.h"
 #include "image/light/surface_lanes.h"
 #include "image/raster/wide_sprite.h"
 
@@ -15,14 +16,20 @@ struct Sphere {
   const image::SurfaceSplat& surface;
   float blur;  // radius of the lens blur, px
   float half;  // half length of the streak, in radii
-  float mean_shade;  // over its disc
+  Float3 middle;  // direction to its centre, whose depth is 1 m
+  float wide;  // its radius at that depth, m
+  float mean_shade = 1;  // over its disc, where the sum of weights does not cancel it
   float finer;  // scales weights up on long streaks, which would otherwise be rounded away
 
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite)
       : s(sprite), surface(t.own<Splat>().surface), blur(blur_of(t.own<Splat>(), sprite)) {
     half = shown_half(s);
     finer = half > 1 && !(blur > 0) ? half : 1;
-    mean_shade = surface.mean_shade;
+    middle = middle_of(t, s);
+    wide = s.radius * t.radius;
+    if (t.light == nullptr && (is_narrow() || blur > 0)) {
+      mean_shade = mean_on_disc([&](Floats x, Floats y) { return shade_at(x, y); });
+    }
   }
   MOTES_INLINE float reach() const { return s.radius + blur + 0.5f; }
   /// Returns whether its weights must be added up, because their expected sum is not exact.
@@ -48,13 +55,8 @@ struct Sphere {
   MOTES_INLINE Floats shade(Floats along, Floats across) const {
     const Floats square = along * along + across * across;
     const Floats shrink = select(square > 1.0f, 1.0f / sqrt(square), all(1.0f));
-    const Floats x = (along * s.along_x - across * s.along_y) * shrink;
-    const Floats y = (along * s.along_y + across * s.along_x) * shrink;
-    const Floats z = sqrt(max(1.0f - square, Floats{}));
-    const Floats facing = x * surface.toward_sun[0] - y * surface.toward_sun[1] + z * surface.toward_sun[2];
-    const Floats up = x * surface.upward[0] - y * surface.upward[1] + z * surface.upward[2];
-    const Floats sky = surface.low + (surface.high - surface.low) * (0.5f + 0.5f * up);
-    return min((sky + surface.sun * max(facing, Floats{})), all(1.0f));
+    return shade_at((along * s.along_x - across * s.along_y) * shrink,
+                    (along * s.along_y + across * s.along_x) * -shrink);
   }
 
   MOTES_INLINE Glow glow(Floats x, Floats y) const {
@@ -85,6 +87,14 @@ struct Sphere {
   }
 
  protected:
+  /// Returns the shade at a position on the sphere, to the right and up, in radii.
+  MOTES_INLINE Floats shade_at(Floats x, Floats y) const {
+    const Floats3 normal = ball_normals(middle, wide, x, y);
+    const Floats facing = dot(normal, all3(surface.toward_sun)), up = dot(normal, all3(surface.upward));
+    const Floats sky = surface.low + (surface.high - surface.low) * (0.5f + 0.5f * up);
+    return min((sky + surface.sun * max(facing, Floats{})), all(1.0f));
+  }
+
   /// Returns the integral of what cover_blurred() returns without a streak, per light, px2.
   MOTES_INLINE float blurred_area() const {
     const float inner = size_of(s.radius - blur), ramp = s.radius + blur - inner;
@@ -139,16 +149,13 @@ struct LitSphere : Sphere {
   static constexpr int kPlanes = 4;
 
   const image::SurfaceLight& light;
-  Floats3 own;        // its colour
-  Float3 middle;      // direction to its centre, whose depth is 1 m
-  float depth, per;   // of its centre, m; width of a pixel at a depth of 1 m, m
+  Floats3 own;  // its colour
+  float depth;  // of its centre, m
 
   MOTES_INLINE LitSphere(const image::WideSplat& t, const WideSprite& sprite)
-      : Sphere(t, sprite), light(*t.light), own(color_times(s.color, s.gain)), per(t.radius) {
+      : Sphere(t, sprite), light(*t.light), own(color_times(s.color, s.gain)) {
     s.color |= 0xffffffu;
-    const Float3 place = place_of(t, s);
-    depth = -place.z;
-    middle = times(place, 1 / depth);
+    __builtin_memcpy(&depth, &s.depth, sizeof depth);
   }
   // NOLINTBEGIN(bugprone-derived-method-shadowing-base-method): kernels know the kind when they are compiled
   MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * s.light; }
@@ -191,19 +198,9 @@ struct LitSphere : Sphere {
 
   /// Returns the light at a position on the sphere, along and across the streak, in radii.
   MOTES_INLINE Floats3 shown(Floats along, Floats across) const {
-    const float wide = s.radius * per, radius = wide * depth;
-    const Floats x = (along * s.along_x - across * s.along_y) * wide,
-                 y = (along * s.along_y + across * s.along_x) * wide;
-    // Where the ray through the pixel meets the sphere: `aside` leads from the centre to the ray, at right angles to
-    // it.
-    const Floats3 ray{x + middle.x, middle.y - y, all(middle.z)};
-    const Floats square = dot(ray, ray);
-    const Floats back = (ray.x * x - ray.y * y) / square;
-    const Floats3 aside{(x - ray.x * back) * depth, (-y - ray.y * back) * depth, ray.z * back * -depth};
-    const Floats ahead = sqrt(max(radius * radius - dot(aside, aside), Floats{}) / square);
-    const Floats3 out = aside - ray * ahead;
-    const Floats3 normal = out * (1.0f / sqrt(max(dot(out, out), all(1e-30f))));
-    const Floats3 place = all3(middle) * depth + normal * radius;
+    const Floats3 normal =
+        ball_normals(middle, wide, along * s.along_x - across * s.along_y, -(along * s.along_y + across * s.along_x));
+    const Floats3 place = all3(middle) * depth + normal * (wide * depth);
     if (light.lit) return through_fog(light, light_of_surface(light, {place, normal}, own), place);
     return through_fog(light, own * shade(along, across), place);
   }

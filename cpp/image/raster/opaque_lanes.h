@@ -2,6 +2,7 @@
 // footprint are skipped; in a crowd those are the majority.
 #pragma once
 
+#include "image/balls/ball_lanes.h"
 #include "image/raster/depth_blocks.h"
 #include "image/raster/pixel_lanes.h"
 #include "image/raster/point_lanes.h"
@@ -17,6 +18,7 @@ struct Candidates {
 
   alignas(64) std::uint32_t position[kMost], depth[kMost];
   alignas(64) std::int32_t pixel[kMost], row[kMost];  // offset from the tile's first pixel, and first row in tables
+  alignas(64) std::int32_t ball[kMost];           // of spheres: where their unit begins
   alignas(64) float clear[kMost];                 // the part of their light that passes the fog, if there is any
   alignas(64) std::uint32_t seen[kMost + kLanes];  // indices of records
 };
@@ -49,6 +51,9 @@ MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::S
     }
     store_mask(crowd.pixel + i, at.row * image::kPixelStride + at.column);
     store_mask(crowd.row + i, at.phase * s.size);
+    if (s.balls != nullptr) {
+      store_mask(crowd.ball + i, balls_at(*s.balls, ball_units(*s.balls->look, at.column, at.row, at.phase), chosen));
+    }
     seen += squeeze(crowd.seen + seen, lane_numbers() + static_cast<std::uint32_t>(i), chosen);
   }
   return seen;
@@ -60,7 +65,7 @@ struct Coat {
   float clear;
 };
 
-// Calls draw(coat, pixel, row) for each record that may be seen; pixel and row as in Crowd.
+// Calls draw(coat, pixel, row, ball) for each record that may be seen; see Candidates.
 template <class Draw>
 MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Splat& s, const unsigned char* records,
                                 std::size_t count, const Draw& draw) {
@@ -72,7 +77,7 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
     for (std::size_t k = 0; k < seen; ++k) {
       const std::size_t i = crowd.seen[k];
       draw(Coat{color_of(s, records + i * bytes), crowd.depth[i], s.fog_density > 0 ? crowd.clear[i] : 1},
-           crowd.pixel[i], crowd.row[i]);
+           crowd.pixel[i], crowd.row[i], s.bulge != nullptr ? crowd.ball[i] : 0);
     }
     records += number * bytes;
     count -= number;
@@ -94,7 +99,7 @@ void flat_records(const image::TilePlanes& planes, const image::Splat& task, con
                   std::size_t count) {
   const image::Splat s = task;
   image::NearestSurface* const surfaces = planes.surfaces;
-  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row, int) {
     draw_flat<kVectors>(s, coat, s.covered + row, surfaces + pixel);
   });
 }
@@ -109,10 +114,11 @@ MOTES_INLINE Uints tinted(Uints color, Uints tint) {
   return all;
 }
 
-// How pixels of a sphere get their colours: each from the record's, times a shade, times a tint, or behind fog.
+// How pixels of a sphere get their colours: the record's with a shade, the same times the colour of a white sphere's
+// surface, or behind fog.
 enum class Coating { plain, tinted, fogged };
 
-// What is left of a record's light behind fog, per shade and tint, and the light of the fog.
+// What is left of a record's light behind fog, per shade and colour, and the light of the fog.
 struct Veil {
   Floats3 own, fog;
 
@@ -122,10 +128,10 @@ struct Veil {
     own = {channel(0), channel(8), channel(16)};
   }
 
-  // Returns surfaces with these shades, shifted, and tints.
-  MOTES_INLINE Uints surfaces(Uints shade, Uints tint) const {
-    const Floats bright = to_floats((Ints)(shade >> image::kShadeShift));
-    const auto channel = [&](int shift) { return to_floats((Ints)(tint >> shift & 0xffu)) * bright; };
+  // Returns surfaces of these, which are those of a white sphere.
+  MOTES_INLINE Uints surfaces(Uints white) const {
+    const Floats bright = to_floats((Ints)(white >> image::kShadeShift));
+    const auto channel = [&](int shift) { return to_floats((Ints)(white >> shift & 0xffu)) * bright; };
     return surface_of({own.x * channel(0) + fog.x, own.y * channel(8) + fog.y, own.z * channel(16) + fog.z});
   }
 };
@@ -143,10 +149,10 @@ MOTES_INLINE void round_eight(image::NearestSurface* to, __m256i surface, const 
 #endif
 
 // Draws a sphere whose rows have kVectors vectors of kWidth pixels; kHalf: the last one is half a vector. `in_tables`:
-// its first row in the tables.
+// its first row in the tables; `ball`: its unit.
 template <int kVectors, bool kHalf, Coating kCoating>
 MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables,
-                             image::NearestSurface* to) {
+                             const unsigned char* ball, image::NearestSurface* to) {
   constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
   constexpr bool kTints = kCoating != Coating::plain;
   const Uints color = all_uints(coat.color & 0xffffffu);
@@ -154,21 +160,24 @@ MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdi
   const Floats center = (Floats)all_uints(coat.depth);
   const Floats radius = center * all(s.radius);
   const std::uint16_t* covered = s.covered + in_tables;
-  const std::uint32_t* shade = s.shade + in_tables * kInRow;
   const float* bulge = s.bulge + in_tables * kInRow;
-  const std::uint32_t* tint = s.tint + (kTints ? in_tables * kInRow : 0);
   const auto surface_at = [&](int first) __attribute__((always_inline)) {
-    const Uints shades = load_uints(shade + first);
-    if constexpr (kCoating == Coating::fogged) return veil.surfaces(shades, load_uints(tint + first));
-    return (kTints ? tinted(color, load_uints(tint + first)) : color) | shades;
+    if constexpr (!kTints) return color | load_bytes(ball + first) << image::kShadeShift;
+    Uints white;
+    __builtin_memcpy(&white, ball + std::ptrdiff_t{4} * first, sizeof white);
+    if constexpr (kCoating == Coating::fogged) return veil.surfaces(white);
+    return tinted(color, white) | (white & 0xff000000u);
   };
-  for (int row = 0; row < s.size; ++row, to += image::kPixelStride, shade += kInRow, bulge += kInRow) {
+  constexpr std::ptrdiff_t kRowBytes = kTints ? 4 * kInRow : kInRow;
+  for (int row = 0; row < s.size; ++row, to += image::kPixelStride, ball += kRowBytes, bulge += kInRow) {
 #if MOTES_WIDTH == 512
     if (kHalf && kVectors == 1) {
       auto surface = _mm512_castsi512_si256((__m512i)(kTints ? surface_at(0) : color));
-      if (!kTints) surface = _mm256_or_si256(surface, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade)));
+      if (!kTints) {
+        const __m256i shades = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(ball)));
+        surface = _mm256_or_si256(surface, _mm256_slli_epi32(shades, image::kShadeShift));
+      }
       round_eight(to, surface, bulge, center, radius, covered[row]);
-      tint += kTints ? kInRow : 0;
       continue;
     }
 #endif
@@ -181,7 +190,6 @@ MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdi
         keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
       }
     }
-    tint += kTints ? kInRow : 0;
   }
 }
 
@@ -190,8 +198,8 @@ void round_records(const image::TilePlanes& planes, const image::Splat& task, co
                    std::size_t count) {
   const image::Splat s = task;
   image::NearestSurface* const surfaces = planes.surfaces;
-  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
-    draw_round<kVectors, kHalf, kCoating>(s, coat, row, surfaces + pixel);
+  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row, int ball) {
+    draw_round<kVectors, kHalf, kCoating>(s, coat, row, s.balls->bytes + ball, surfaces + pixel);
   });
 }
 
@@ -215,7 +223,7 @@ void round_from(const image::TilePlanes& tile, const image::Splat& s, const unsi
 inline void opaque_any(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                        std::size_t count) {
   if (s.bulge == nullptr) return flat_from<1>(tile, s, records, count);
-  if (s.tint == nullptr) return round_from<1, Coating::plain>(tile, s, records, count);
+  if (s.balls->look->form == image::BallForm::shades) return round_from<1, Coating::plain>(tile, s, records, count);
   if (s.fog_density > 0) return round_from<1, Coating::fogged>(tile, s, records, count);
   round_from<1, Coating::tinted>(tile, s, records, count);
 }

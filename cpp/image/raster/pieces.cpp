@@ -6,8 +6,14 @@
 namespace motes::image {
 
 void Pieces::begin(const View& view, const Slots& slots) {
+  const bool stands = view == view_;
+  if (!parts_.empty() || !stands) {
+    std::erase_if(brushes_, [&](const Brush& brush) {
+      const auto drawn_by = [&](const Part& part) { return part.brush == &brush; };
+      return !stands || !brush.lasts() || std::none_of(parts_.begin(), parts_.end(), drawn_by);
+    });
+  }
   parts_.clear();
-  brushes_.clear();
   view_ = view;
   slots_ = slots;
 }

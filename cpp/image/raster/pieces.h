@@ -58,7 +58,7 @@ class Pieces {
 
   View view_;
   Slots slots_;
-  std::deque<Brush> brushes_;  // a deque: pieces point to brushes
+  std::deque<Brush> brushes_;  // some of the last frame stay while the view does; a deque: pieces point to them
   std::vector<Part> parts_;
 };
 

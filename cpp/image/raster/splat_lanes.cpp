@@ -2,6 +2,7 @@
 // the order of records.
 #include "image/raster/splat_lanes.h"
 
+#include "image/balls/ball_lanes.h"
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/raster/opaque_lanes.h"
@@ -18,13 +19,14 @@ using image::kPixelStride;
 using image::Splat;
 using image::TilePlanes;
 
-// Where a footprint begins: offsets in the planes of the tile, and its first row in tables.
+// Where a footprint begins: offsets in the planes of the tile, its first row in tables, and its unit in Splat::balls.
 struct FootprintPlace {
   std::ptrdiff_t light, pixel;
-  int row;
+  int row, unit;
 };
 
 // Finds where a record's footprint begins; returns false if it does not touch this tile.
+template <bool kBalls>
 MOTES_INLINE bool place(const Splat& s, std::uint32_t position, FootprintPlace& at) {
   const int x = static_cast<std::int16_t>(position & 0xffffu) - s.origin_x;
   const int y = static_cast<std::int16_t>(position >> 16) - s.origin_y;
@@ -40,7 +42,9 @@ MOTES_INLINE bool place(const Splat& s, std::uint32_t position, FootprintPlace& 
   const int down = 4 - s.phase_bits;
   const int phase_x = (x << up & 15) >> down;
   const int phase_y = (y << up & 15) >> down;
-  at.row = (phase_y << s.phase_bits | phase_x) * s.size;
+  const int phase = phase_y << s.phase_bits | phase_x;
+  at.row = phase * s.size;
+  at.unit = kBalls ? ball_units(*s.balls->look, column, row, phase) : 0;
   return true;
 }
 
@@ -53,7 +57,7 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     FootprintPlace at;
-    if (!place(s, word_at(r), at)) continue;
+    if (!place<false>(s, word_at(r), at)) continue;
     const RecordLight light = kColored ? light_of(channel, word_at(r + 4)) : of_all;
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
     add_open<kVectors, kSaturating>(s, light, weights, tile.light + at.light);
@@ -91,21 +95,20 @@ void over_records(const TilePlanes& planes, const Splat& task, const unsigned ch
   const TilePlanes tile = planes;
   const Channels channel = channels();
   const Spread spreading = spread();
-  const bool flat = s.cover == s.weights;
+  const bool flat = s.balls == nullptr;
   const bool mixed = kDepth && !kFade && is_mixed(tile, s, records, count);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     FootprintPlace at;
-    if (!place(s, word_at(r), at)) continue;
+    if (!(flat ? place<false>(s, word_at(r), at) : place<true>(s, word_at(r), at))) continue;
     const std::uint32_t depth = kDepth ? word_at(r + 8) : 0;
     if (kDepth && depth > tile.farthest) continue;
     const bool test = kDepth && (kFade || mixed || depth > tile.nearest);
     const std::uint32_t color = word_at(r + 4);
     const RecordLight light = light_of(channel, color);
     const Uints alpha = all_uints(color >> 24);
-    const std::ptrdiff_t in_table = static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
-    const std::uint8_t* weights = s.weights + in_table;
-    const std::uint8_t* cover = s.cover + in_table;
+    const std::uint8_t* cover = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
+    const std::uint8_t* weights = flat ? cover : ball_at(*s.balls, at.unit);
     std::uint32_t* to = tile.light + at.light;
     const std::uint32_t* wall = tile.depth + at.pixel;
     for (int row = 0; row < s.size; ++row) {
@@ -145,6 +148,8 @@ MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const un
     over_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
   } else if constexpr (kDepth) {
     add_among<kVectors, kSaturating, kFade>(tile, s, records, count);
+  } else if (s.balls != nullptr) {
+    add_balls<kVectors, kSaturating>(tile, s, records, count);
   } else if (s.form.color != 0) {
     add_records<kVectors, kSaturating, true>(tile, s, records, count);
   } else {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/balls/ball_tile.h"
 #include "image/layout.h"
 #include "image/raster/splats.h"
 #include "image/tile_planes.h"
@@ -56,18 +57,16 @@ inline constexpr int kShadeShift = 24;
 /// Parameters for drawing the records of one sprite of fixed size. Rows of tables are ordered as in Footprint. The
 /// origin is the position of the particle whose footprint starts at the tile's first pixel.
 struct Splat : RecordSplat {
-  const std::uint8_t* weights;  // weights of light, three per pixel
-  const std::uint8_t* cover;  // weights of coverage for alpha, three per pixel; may be the same table
+  BallTile* balls;  // light of spheres in this tile; null: the sprites are flat
+  const std::uint8_t* weights;  // three per pixel: of light and cover; of spheres: of cover only
   // Of opaque sprites.
   const std::uint16_t* covered;  // bit c of a row is set if it covers column c
-  const std::uint32_t* shade;  // surface_row(size) per row, shifted by kShadeShift; null: fully lit
-  const std::uint32_t* tint;  // as `shade`: a factor on each channel, 0..255; null: of no colour
-  const float* bulge;  // as `shade`: how much nearer than its centre the particle is, in radii; null: flat
+  const float* bulge;  // surface_row(size) per row: how much nearer than its centre a sphere is, in radii; null: flat
   float radius;  // radius of a particle at a depth of 1 m, m
   int size, phase_bits, row_bytes;
   int sub_bits;
-  float fog[3], fog_density;  // in front of opaque spheres, which then have tints, 1/m; 0: none
-  float per_unit;             // 1 / focal length, in units of positions
+  float fog[3], fog_density;  // in front of opaque spheres, 1/m; 0: none
+  float per_unit;  // 1 / focal length, in units of positions
   const Settling* settling;  // of additive records that are not settled yet; null: none
 };
 

@@ -66,7 +66,7 @@ struct DiscSplat {
 
 /// Sun and sky on a surface, from Daylight.
 struct SurfaceSplat {
-  float toward_sun[3], upward[3], sun, low, high, mean_shade;
+  float toward_sun[3], upward[3], sun, low, high;
 };
 
 /// The levels of a picture's tiles.

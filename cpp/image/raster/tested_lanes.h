@@ -2,6 +2,7 @@
 // whole, those behind it are skipped; only the others are tested pixel by pixel.
 #pragma once
 
+#include "image/balls/ball_lanes.h"
 #include "image/raster/depth_blocks.h"
 #include "image/raster/point_lanes.h"
 #include "image/raster/settle_lanes.h"
@@ -9,6 +10,15 @@
 #include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
+
+// Returns where the weights of footprints begin in their table, see light_table(); of spheres, in the lanes of `there`.
+MOTES_INLINE Ints light_weights(const image::Splat& s, const FootprintPositions& at, Mask there) {
+  if (s.balls == nullptr) return at.phase * (s.size * s.row_bytes);
+  return balls_at(*s.balls, ball_units(*s.balls->look, at.column, at.row, at.phase), there);
+}
+MOTES_INLINE const std::uint8_t* light_table(const image::Splat& s) {
+  return s.balls == nullptr ? s.weights : s.balls->bytes;
+}
 
 // Adds a record that nothing hides.
 template <int kVectors, bool kSaturating>
@@ -43,7 +53,7 @@ MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& 
   const Mask is_seen = (Ints)depth <= (Ints)met.second;
   store_mask(some.light + i, in_light(at));
   store_mask(some.pixel + i, at.row * image::kPixelStride + at.column);
-  store_mask(some.weights + i, at.phase * (s.size * s.row_bytes));
+  store_mask(some.weights + i, light_weights(s, at, inside & is_seen));
   const Uints number = lane_numbers() + static_cast<std::uint32_t>(i);
   some.opens += squeeze(some.open + some.opens, number, inside & is_open);
   some.testeds += squeeze(some.tested + some.testeds, number, inside & ~is_open & is_seen);
@@ -75,12 +85,44 @@ MOTES_OUTLINE void settle(const image::Settling& s, Among& some, std::size_t clo
   for (std::size_t k = 0; k < found; ++k) some.depth[deeper[k]] = depths[k];
 }
 
+// Adds spheres that nothing hides.
+template <int kVectors, bool kSaturating>
+void add_balls(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
+               std::size_t count) {
+  const image::Splat s = task;
+  const image::TilePlanes tile = planes;
+  const Channels channel = channels();
+  RecordLight light = light_of(channel, s.color);
+  const auto bytes = static_cast<std::size_t>(s.record_bytes);
+  Among some;
+  while (count != 0) {
+    const std::size_t number = count < Among::kMost ? count : Among::kMost;
+    read_places(s.record_bytes, s.form.depth, records, number, some.position, some.depth);
+    some.opens = 0;
+    for (std::size_t i = 0; i < number; i += kLanes) {
+      const FootprintPositions at = places(s, load_uints(some.position + i));
+      const Mask inside = touch(at, s.size) & first_lanes(number - i);
+      store_mask(some.light + i, in_light(at));
+      store_mask(some.weights + i, light_weights(s, at, inside));
+      some.opens += squeeze(some.open + some.opens, lane_numbers() + static_cast<std::uint32_t>(i), inside);
+    }
+    const std::uint8_t* const table = light_table(s);
+    for (std::size_t k = 0; k < some.opens; ++k) {
+      const std::size_t i = some.open[k];
+      if (s.form.color != 0) light = light_of(channel, color_of(s, records + i * bytes));
+      add_open<kVectors, kSaturating>(s, light, table + some.weights[i], tile.light + some.light[i]);
+    }
+    records += number * bytes;
+    count -= number;
+  }
+}
+
 // Adds record `i`, testing its depth at each pixel.
 template <int kVectors, bool kSaturating, bool kFade>
 MOTES_INLINE void add_tested(const image::TilePlanes& tile, const image::Splat& s, const Spread& spreading,
                              const RecordLight& light, const Among& some, std::size_t i) {
   const std::uint32_t depth = some.depth[i];
-  const std::uint8_t* weights = s.weights + some.weights[i];
+  const std::uint8_t* weights = light_table(s) + some.weights[i];
   std::uint32_t* to = tile.light + some.light[i];
   const std::uint32_t* wall = tile.depth + some.pixel[i];
   for (int row = 0; row < s.size; ++row, weights += s.row_bytes) {
@@ -112,9 +154,10 @@ void add_among(const image::TilePlanes& planes, const image::Splat& task, const 
     const std::size_t number = count < Among::kMost ? count : Among::kMost;
     sort_among<kFade>(tile, s, records, number, some);
     const std::size_t close = s.settling == nullptr ? 0 : find_close(*s.settling, some);
+    const std::uint8_t* const table = light_table(s);
     for (std::size_t k = 0; k < some.opens; ++k) {
       const std::size_t i = some.open[k];
-      add_open<kVectors, kSaturating>(s, light(i), s.weights + some.weights[i], tile.light + some.light[i]);
+      add_open<kVectors, kSaturating>(s, light(i), table + some.weights[i], tile.light + some.light[i]);
     }
     if (close != 0) settle(*s.settling, some, close);  // what it reads has arrived meanwhile
     for (std::size_t k = 0; k < some.testeds; ++k) {

@@ -59,6 +59,13 @@ MOTES_OUTLINE WideSprite sprite_from(const image::WideSplat& task, const unsigne
   return s;
 }
 
+/// Returns the direction to a sprite's middle in the camera's axes, at a depth of 1 m.
+MOTES_INLINE Float3 middle_of(const image::WideSplat& task, const WideSprite& s) {
+  constexpr float kUnit = 1.0f / (1 << image::kWideBits);
+  return {(s.x + static_cast<float>(task.origin_x) * kUnit) * task.radius,
+          -(s.y + static_cast<float>(task.origin_y) * kUnit) * task.radius, -1};
+}
+
 /// Returns the place of a sprite's middle in the camera's axes, m from the eye.
 MOTES_INLINE Float3 place_of(const image::WideSplat& task, const WideSprite& s) {
   constexpr float kUnit = 1.0f / (1 << image::kWideBits);

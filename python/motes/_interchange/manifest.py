@@ -97,7 +97,7 @@ class FrameParts:
     scene: Scene | None = None
     """What its picture shows besides particles, for `Export(scene=True)`."""
     changed: Scene | None = None
-    """The groups of the scene that differ from the frame before."""
+    """How the scene differs from that of the frame before."""
 
     @cached_property
     def text(self) -> str:
@@ -147,7 +147,7 @@ class Manifest:
     def scene_files(self) -> set[str]:
         """Return the names of the files that scenes need."""
         frames = (*self.frames, *self.announced)
-        return set().union(*(files_of(frame.changed) for frame in frames if frame.changed is not None))
+        return set().union(*(files_of(frame.scene) for frame in frames if frame.scene is not None))
 
     def write(self, folder: Path) -> None:
         """Replace the folder's manifest."""

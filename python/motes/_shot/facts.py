@@ -61,14 +61,33 @@ def is_users(column: str) -> bool:
     return column not in _builtin() and not column.startswith("ribbon_")
 
 
-def changes(scene: Scene, before: Scene | None) -> Scene:
-    """Return the groups in which a frame differs from the one before."""
-    return {name: prims for name, prims in scene.items() if before is None or before.get(name) != prims}
+def changes(scene: Mapping[str, Any], before: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return a frame as a JSON merge patch of the one before (RFC 7386): None where a name is gone."""
+    before = before or {}
+    found: dict[str, Any] = {name: None for name in before.keys() - scene.keys()}
+    for name, value in scene.items():
+        known = before.get(name)
+        if isinstance(value, dict) and isinstance(known, dict):
+            value = changes(value, known)
+            if value:
+                found[name] = value
+        elif value != known:
+            found[name] = value
+    return found
 
 
-def with_changes(before: Scene | None, changed: Mapping[str, Any]) -> Scene:
+def with_changes(before: Mapping[str, Any] | None, changed: Mapping[str, Any]) -> dict[str, Any]:
     """Return a frame from the one before it and their differences."""
-    return {**(before or {}), **changed}
+    found = dict(before or {})
+    for name, value in changed.items():
+        known = found.get(name)
+        if value is None:
+            found.pop(name, None)
+        elif isinstance(value, dict) and isinstance(known, dict):
+            found[name] = with_changes(known, value)
+        else:
+            found[name] = value
+    return found
 
 
 def files_of(scene: Scene) -> set[str]:

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "image/balls/ball_lanes.h"
 #include "image/camera.h"
 #include "image/light/daylight.h"
 #include "image/test_image_painter_scene.h"
@@ -34,9 +35,14 @@ void for_each_fragment(const Splat& s, const DeepRecord& r, const Area& area, co
   for (int dy = 0; dy < s.size; ++dy) {
     for (int dx = 0; dx < s.size; ++dx) {
       if (column + dx < 0 || column + dx >= area.width || row + dy < 0 || row + dy >= area.height) continue;
-      const int table_row = (phase_y << s.phase_bits | phase_x) * s.size + dy;
-      use(static_cast<std::size_t>((row + dy) * area.width + column + dx), static_cast<std::size_t>(table_row),
-          static_cast<std::size_t>(dx));
+      const int phase = phase_y << s.phase_bits | phase_x;
+      const unsigned char* ball = nullptr;
+      if (s.balls != nullptr) {
+        ball = MOTES_ISA::ball_at(*s.balls, MOTES_ISA::ball_units(*s.balls->look, column, row, phase));
+        ball += dy * s.balls->look->row_bytes;
+      }
+      use(static_cast<std::size_t>((row + dy) * area.width + column + dx),
+          static_cast<std::size_t>(phase * s.size + dy), static_cast<std::size_t>(dx), ball);
     }
   }
 }
@@ -54,17 +60,18 @@ std::vector<Seen> nearest_of(const std::vector<Batch>& batches, const Area& area
     const Splat s = batch.brush.splat_at(area.x, area.y);
     for (std::size_t i = 0; i < batch.count(); ++i) {
       const auto r = batch.record<DeepRecord>(i);
-      for_each_fragment(s, r, area, [&](std::size_t pixel, std::size_t row, std::size_t column) {
-        if ((s.covered[row] >> column & 1) == 0) return;
-        const std::uint32_t shade =
-            s.shade == nullptr ? 255 : s.shade[row * surface_row(s.size) + column] >> kShadeShift;
-        const float center = depth_of(r);
-        Seen here{center, shade << 24 | static_cast<std::uint32_t>(r.color[2]) << 16 |
-                              static_cast<std::uint32_t>(r.color[1]) << 8 | r.color[0]};
-        if (s.bulge != nullptr) here.depth = center - center * s.radius * s.bulge[row * surface_row(s.size) + column];
-        Seen& old = nearest[pixel];
-        if (std::tie(here.depth, here.surface) < std::tie(old.depth, old.surface)) old = here;
-      });
+      for_each_fragment(s, r, area,
+                        [&](std::size_t pixel, std::size_t row, std::size_t column, const unsigned char* ball) {
+                          if ((s.covered[row] >> column & 1) == 0) return;
+                          const std::uint32_t shade = ball == nullptr ? 255 : ball[column];
+                          const float center = depth_of(r);
+                          Seen here{center, shade << 24 | static_cast<std::uint32_t>(r.color[2]) << 16 |
+                                                static_cast<std::uint32_t>(r.color[1]) << 8 | r.color[0]};
+                          if (s.bulge != nullptr)
+                            here.depth = center - center * s.radius * s.bulge[row * surface_row(s.size) + column];
+                          Seen& old = nearest[pixel];
+                          if (std::tie(here.depth, here.surface) < std::tie(old.depth, old.surface)) old = here;
+                        });
     }
   }
   return nearest;
@@ -98,17 +105,19 @@ std::vector<double> blended(std::vector<double> light, const std::vector<Batch>&
     const float depth =
         depth_of(deep[static_cast<std::size_t>(item.batch - batches.data())].record<DeepRecord>(item.record));
     const bool alpha = item.batch->brush.blends(Blend::alpha);
-    for_each_fragment(s, r, area, [&](std::size_t pixel, std::size_t row, std::size_t column) {
-      if (wall[pixel] < depth) return;
-      const double fade = s.fade > 0 ? std::min(1.0, (static_cast<double>(wall[pixel]) - depth) * s.fade) : 1;
-      const std::size_t at = row * static_cast<std::size_t>(s.row_bytes) + 3 * column;
-      const double a = r.alpha / 255.0 * fade;
-      for (std::size_t c = 0; c < 3; ++c) {
-        double& l = light[3 * pixel + c];
-        if (alpha) l *= 1 - a * s.cover[at] / 255.0;
-        l += r.color[c] / 255.0 * a * s.weights[at] / 255.0;
-      }
-    });
+    for_each_fragment(
+        s, r, area, [&](std::size_t pixel, std::size_t row, std::size_t column, const unsigned char* ball) {
+          if (wall[pixel] < depth) return;
+          const double fade = s.fade > 0 ? std::min(1.0, (static_cast<double>(wall[pixel]) - depth) * s.fade) : 1;
+          const std::size_t at = row * static_cast<std::size_t>(s.row_bytes) + 3 * column;
+          const double a = r.alpha / 255.0 * fade;
+          for (std::size_t c = 0; c < 3; ++c) {
+            double& l = light[3 * pixel + c];
+            const int weight = ball == nullptr ? s.weights[at] : ball[3 * column];
+            if (alpha) l *= 1 - a * s.weights[at] / 255.0;
+            l += r.color[c] / 255.0 * a * weight / 255.0;
+          }
+        });
   }
   return light;
 }

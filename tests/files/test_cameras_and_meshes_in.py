@@ -10,9 +10,12 @@ import pytest
 
 import motes
 from motes import ArgumentError
+from motes._values.materials import Material
 from motes.shapes import Mesh
 
 FLOAT = 5126
+PIECE = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 
 
 def glb(path, nodes, *, meshes=(), cameras=(), arrays=(), animations=()):
@@ -192,7 +195,7 @@ def test_what_was_exported_comes_back(tmp_path):
     pytest.importorskip("pxr")
     way = motes.Curve([(0, (3, 2, 5)), (1, (-2, 3, 6))])
     camera = motes.Camera(way, (0, 0.5, 0), fov_deg=motes.Curve([(0, 30), (1, 50)]), focus=5, aperture=0.1)
-    piece = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    piece = Mesh(PIECE, FACES)
     renderer = motes.Renderer(160, 90, camera=camera)
     world = motes.World(renderer=renderer, progress="off", seed=1)
     with world, motes.Export(tmp_path / "shot.usd", scene=True) as files:
@@ -213,6 +216,98 @@ def test_what_was_exported_comes_back(tmp_path):
         assert mesh.vertices == pytest.approx(piece.vertices + np.float32([0, time, 0]), abs=1e-6)
     assert found.focus == pytest.approx(5) and found.aperture(0.25) == pytest.approx(0.1, rel=1e-5)
     assert mesh.material.color == pytest.approx((0.5, 0.2, 0.1)) and mesh.material.roughness == 0.25
+
+
+SKINNED = """#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = 1
+    startTimeCode = 10
+    timeCodesPerSecond = 10
+)
+def SkelRoot "Body"
+{
+    double3 xformOp:translate = (0, 0, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Skeleton "Bones" ( prepend apiSchemas = ["SkelBindingAPI"] )
+    {
+        uniform token[] joints = ["root", "root/arm"]
+        uniform matrix4d[] bindTransforms = [
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)),
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (1, 0, 0, 1)),
+        ]
+        uniform matrix4d[] restTransforms = [
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)),
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (1, 0, 0, 1)),
+        ]
+        rel skel:animationSource = </Body/Bones/Walk>
+        def SkelAnimation "Walk"
+        {
+            uniform token[] joints = ["root/arm"]
+            float3[] translations = [(1, 0, 0)]
+            half3[] scales = [(1, 1, 1)]
+            quatf[] rotations.timeSamples = { 10: [(1, 0, 0, 0)], 20: [(0.70710678, 0, 0, 0.70710678)] }
+        }
+    }
+    def Mesh "Skin" ( prepend apiSchemas = ["SkelBindingAPI"] )
+    {
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0, 0, 0), (2, 0, 0), (1.5, 0, 1)]
+        int[] primvars:skel:jointIndices = [0, 0, 1, 1, 0, 1] (
+            elementSize = 2
+            interpolation = "vertex"
+        )
+        float[] primvars:skel:jointWeights = [1, 0, 1, 0, 0.5, 0.5] (
+            elementSize = 2
+            interpolation = "vertex"
+        )
+        matrix4d primvars:skel:geomBindTransform = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
+        rel skel:skeleton = </Body/Bones>
+    }
+}
+"""
+
+
+def test_bones_of_a_usd_move_its_skin(tmp_path):
+    pytest.importorskip("pxr.UsdSkel")
+    path = tmp_path / "walk.usda"
+    path.write_text(SKINNED)
+    rest = np.array([(0, 0, 3), (2, 0, 3), (1.5, 0, 4)])
+    assert Mesh.load(path).vertices == pytest.approx(rest)
+    assert Mesh.load(path, at=0).vertices == pytest.approx(rest)
+    # The arm is turned by 90 degrees about z at (1, 0); the last corner is half the arm's.
+    turned = np.array([(0, 0, 3), (1, 1, 3), (1.25, 0.25, 4)])
+    assert Mesh.load(path, at=1).vertices == pytest.approx(turned, abs=1e-5)
+    assert Mesh.load(path, at=9).vertices == pytest.approx(turned, abs=1e-5)
+    half = math.sqrt(0.5)
+    assert Mesh.load(path, at=0.5).vertices[1] == pytest.approx((1 + half, half, 3), abs=1e-3)
+    assert path.read_text() == SKINNED
+
+
+def test_pictures_of_a_surface_come_back(tmp_path):
+    pytest.importorskip("pxr")
+    numbers = np.random.default_rng(1).integers(1, 256, (4, 8, 3), np.uint8)
+    finish = np.random.default_rng(2).integers(0, 256, (2, 4, 3), np.uint8)
+    look = Material((0.9, 0.8, 0.7), 0.75, 0.5, numbers, finish)
+    uv = [(0, 0), (1, 0), (0, 1), (0.25, 0.75)]
+    piece = Mesh(PIECE, FACES, uv=uv, material=look)
+    eye = motes.Camera((0, 1, 5), (0, 0, 0))
+    renderer = motes.Renderer(160, 90, camera=eye, objects=[motes.Solid(piece)])
+    world = motes.World(renderer=renderer, progress="off", seed=1)
+    with world, motes.Export(tmp_path / "shot.usd", scene=True) as files:
+        for _ in world.frames(2):
+            world.step()
+            files.write(world)
+    found = Mesh.load(tmp_path / "shot.usd", at=0)
+    assert found.material.color == pytest.approx(look.color) and found.material.metal == 0.5
+    assert found.material.roughness == 0.75
+    assert found.material.image == pytest.approx(look.image, abs=2e-3)
+    assert found.material.finish_image[:, :, 1:] == pytest.approx(look.finish_image[:, :, 1:], abs=1e-6)
+    corners = {(*place, *st) for place, st in zip(PIECE, uv, strict=True)}
+    assert {
+        (*place, *st) for place, st in zip(found.vertices.tolist(), found.uv.tolist(), strict=True)
+    } == corners
 
 
 def test_what_cannot_be_read_is_said(tmp_path):

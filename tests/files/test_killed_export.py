@@ -17,19 +17,23 @@ from test_export import short_run
 
 import motes
 from motes._interchange import vtp
+from motes._interchange.manifest import Manifest
 
 SCENE = """
 import os, pathlib, sys
 import motes
-from motes.shapes import Box, Sphere
+from motes.shapes import Box, Mesh, Sphere
 
 folder, name = pathlib.Path(sys.argv[1]), sys.argv[2]
 last = int(sys.argv[3]) if len(sys.argv) > 3 else 20_000
-world = motes.World(seed=3, space=(-1, 1), roles="shared", progress="off")
+renderer = motes.Renderer(64, 36, camera=motes.Camera((0, 1, 5), (0, 0, 0)))
+world = motes.World(seed=3, space=(-1, 1), roles="shared", progress="off", renderer=renderer)
 systems = [world.system("a"), world.system("b")]
 (folder / f"pid{world.rank}").write_text(str(os.getpid()))
-with world, motes.Export(folder / name) as export:
+with world, motes.Export(folder / name, scene=name == "out_shot.usd") as export:
     for frame in world.frames(last):
+        sheet = Mesh([(0, 0, 0), (1, 0, 0), (0, 1 + frame // 9, 0)], [(0, 1, 2)])
+        renderer.objects = [motes.Solid(sheet), motes.Solid(Sphere((frame / 99, 0, 0), 1))]
         for s in systems:
             s.configure(velocity=Sphere((0, 0, 0), 3), lifetime=motes.Uniform(0.1, 0.4))
             s.source(Box((-1, -1, -1), (1, 1, 1)), rate=2400)
@@ -38,7 +42,7 @@ with world, motes.Export(folder / name) as export:
         world.step()
         export.write(world)
 """
-NAMES = ["out", "out.pvd", *(["out.usd"] if importlib.util.find_spec("pxr") else [])]
+NAMES = ["out", "out.pvd", *(["out.usd", "out_shot.usd"] if importlib.util.find_spec("pxr") else [])]
 
 
 class Killer:
@@ -93,13 +97,16 @@ def test_what_is_whole_is_read(tmp_path, number, reference, monkeypatch):
     result = mpirun(3, SCENE, tmp_path, name, timeout=40, watch=Killer(tmp_path, rank, delay_s))
     assert result.code != 0, "the run was killed"
     count = check(tmp_path, name, reference)
+    if name == "out_shot.usd":
+        folder = tmp_path / f"{name}.parts"
+        assert all((folder / file).is_file() for file in Manifest.read(folder).scene_files())
     if name == "out.pvd":
         text = (tmp_path / name).read_text()
         assert text.startswith("<?xml") and text.endswith("</VTKFile>\n") and vtp.MARK in text
         assert all(
             (tmp_path / part).is_file() for part in text.split('file="')[1:] for part in [part.split('"')[0]]
         )
-    if name == "out.usd":
+    if name.endswith(".usd"):
         shown = stage_counts(tmp_path / name)
         opened = motes.open_particles(tmp_path / name, system="a")
         assert shown == [opened.count(frame) for frame in range(len(shown))]

@@ -367,6 +367,26 @@ def test_there_are_no_more_viewers_than_are_let_in(monkeypatch):
         play(conversation)
 
 
+def test_a_server_without_viewers_rests(monkeypatch):
+    woken = []
+
+    async def conversation() -> None:
+        monkeypatch.setattr(server, "_call", lambda function: woken.append(function))
+        for frame in range(1, 9):
+            server.tell({"frame": frame})
+            server.show(GREY, frame=frame, orders=0)
+        assert woken == []
+        monkeypatch.undo()
+        async with Client.of(server.url) as viewer:
+            await viewer.until(lambda: bool(viewer.pictures) and viewer.state.get("frame") == 8)
+            assert viewer.pictures[-1][1] == 8
+            server.tell({"frame": 9})
+            await viewer.until(lambda: viewer.state["frame"] == 9)
+
+    with served() as (server, _):
+        play(conversation)
+
+
 def test_viewers_hear_of_the_end():
     async def conversation() -> None:
         async with Client.of(server.url) as viewer:

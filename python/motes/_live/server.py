@@ -79,7 +79,8 @@ class Server(Site):
                     self._queue.append(picture)
         self._newest = picture
         self._changed_s = time.monotonic()
-        self._call(self._fresh.set)
+        if self._viewers:  # a new one wakes the thread itself
+            self._call(self._fresh.set)
 
     def note(self, note: Mapping[str, Any]) -> None:
         """Send a note to the viewers that keep everything, in order."""
@@ -101,7 +102,7 @@ class Server(Site):
         """Send the run's state to all viewers if it has changed, and return at once."""
         if state != self._state:
             self._state = state
-            if not self._tells_soon:
+            if self._viewers and not self._tells_soon:
                 self._tells_soon = True
                 self._call(self._tell_soon)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from .surfaces import Surface, moved
 __all__ = ["Stage", "read"]
 
 NEED = "reading .usd"
+_MOTION = ("translations", "rotations", "scales", "blendShapeWeights")
 
 
 class Stage:
@@ -87,8 +88,16 @@ def _bake_skins(stage: Stage) -> None:
     """Let bones move the points of meshes, in memory."""
     pxr = stage.pxr
     if any(prim.IsA(pxr.UsdSkel.Root) for prim in stage.stage.Traverse()):
-        stage.stage.SetEditTarget(stage.stage.GetSessionLayer())
+        own = stage.stage.GetSessionLayer()
+        own.timeCodesPerSecond = stage.per_second  # or USD maps times from 24 per second
+        stage.stage.SetEditTarget(own)
         code = stage.start if stage.code.IsEarliestTime() else stage.code.GetValue()
+        # USD bakes at the times of samples, so there has to be one.
+        for prim in stage.stage.Traverse():
+            for name in _MOTION if prim.IsA(pxr.UsdSkel.Animation) else ():
+                attribute = prim.GetAttribute(name)
+                if (value := attribute.Get(code)) is not None:
+                    attribute.Set(value, code)
         pxr.UsdSkel.BakeSkinning(stage.stage.Traverse(), pxr.Gf.Interval(code, code))
 
 
@@ -154,13 +163,34 @@ def _material(stage: Stage, prim: Any) -> Material | None:
     if not surface or surface.GetShaderId() != "UsdPreviewSurface":
         return None
     color, image = _input(stage, surface, "diffuseColor", (0.18, 0.18, 0.18))
-    roughness, _ = _input(stage, surface, "roughness", 0.5)
-    metal, _ = _input(stage, surface, "metallic", 0.0)
-    return Material(tuple(np.clip(color, 0, 1e6)), min(max(roughness, 0), 1), min(max(metal, 0), 1), image)
+    finish = [
+        _input(stage, surface, name, plain, channel)
+        for name, plain, channel in (("roughness", 0.5, 1), ("metallic", 0.0, 2))
+    ]
+    (roughness, _), (metal, _) = finish
+    numbers = min(max(roughness, 0), 1), min(max(metal, 0), 1)
+    return Material(tuple(np.clip(color, 0, 1e6)), *numbers, image, _finish([one for _, one in finish]))
 
 
-def _input(stage: Stage, surface: Any, name: str, plain: Any) -> tuple[Any, Any]:
-    """Return a number or colour of a shader, and the picture that it is connected to."""
+def _finish(pictures: Sequence[Any]) -> Any:
+    """Return the pictures of roughness and metal as one: green and blue; None if there is none."""
+    there = [one.shape for one in pictures if one is not None]
+    if not there:
+        return None
+    high, wide = np.max(there, axis=0)
+    found = np.full((high, wide, 3), 255, np.uint8)
+    for channel, one in enumerate(pictures, 1):
+        if one is not None:  # a smaller one with its pixels repeated
+            rows, columns = (np.arange(n) * own // n for n, own in zip((high, wide), one.shape, strict=True))
+            found[:, :, channel] = one[rows[:, None], columns]
+    return found
+
+
+def _input(stage: Stage, surface: Any, name: str, plain: Any, channel: int | None = None) -> tuple[Any, Any]:
+    """Return a number or colour of a shader, and the picture that multiplies it.
+
+    `channel`: of a number's picture, where its connection names none.
+    """
     port = surface.GetInput(name)
     if not port:
         return plain, None
@@ -169,19 +199,25 @@ def _input(stage: Stage, surface: Any, name: str, plain: Any) -> tuple[Any, Any]
         value = port.Get(stage.code)
         return plain if value is None else value, None
     shader = stage.pxr.UsdShade.Shader(sources[0].source.GetPrim())
-    white = (1.0, 1.0, 1.0) if name == "diffuseColor" else plain
-    if shader.GetShaderId() != "UsdUVTexture":  # such as displayColor
-        return white, None
-    file = shader.GetInput("file").Get(stage.code)
-    if name != "diffuseColor" or file is None:
-        return plain, None
+    file = shader.GetInput("file") if shader.GetShaderId() == "UsdUVTexture" else None
+    file = file.Get(stage.code) if file else None
+    if file is None:  # such as displayColor
+        return ((1.0, 1.0, 1.0) if channel is None else plain), None
+    pixels = _pixels(stage, file)
     scale = shader.GetInput("scale")
     factor = scale.Get(stage.code) if scale else None
+    factors = (1.0, 1.0, 1.0, 1.0) if factor is None else tuple(factor)
+    if channel is None:
+        return factors[:3], pixels[:, :, :3]
+    channel = {"r": 0, "g": 1, "b": 2}.get(sources[0].sourceName, channel)
+    return factors[channel], pixels[:, :, channel]
+
+
+def _pixels(stage: Stage, file: Any) -> Any:
     try:
         content = stage.pxr.Ar.GetResolver().OpenAsset(stage.pxr.Ar.ResolvedPath(file.resolvedPath))
         if content is None:
             raise Unreadable(f"the picture {file.path} is missing")
-        pixels = picture_in("image", io.BytesIO(bytes(content.GetBuffer())), most=MOST_SIDE)
+        return picture_in("image", io.BytesIO(bytes(content.GetBuffer())), most=MOST_SIDE)
     except ArgumentError as error:
         raise Unreadable(f"the picture {file.path} cannot be read ({error})") from None
-    return white if factor is None else tuple(factor)[:3], pixels[:, :, :3]

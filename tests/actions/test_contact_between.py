@@ -269,6 +269,21 @@ def test_contacts_of_all_calls_in_a_substep_add_up():
             assert b.gather().contacts.tolist() == [1, 1, 0]
 
 
+def test_contacts_of_calls_for_some_add_up():
+    """Those whom an earlier call of the sub-step did not choose begin anew."""
+    world = motes.World(seed=1, dt=0.001, substeps=2, progress="off")
+    a, b = world.system("a"), world.system("b")
+    with world:
+        a.emit(position=[(0, 0, 0), (0.9, 0, 0)])
+        b.emit(position=[(0, 0.9, 0), (0, -0.9, 0), (5, 0, 0)])
+        for _ in range(2):
+            a.contact(10, where=column("position").x < 0.5)
+            a.contact(10, other=b)
+            world.step()
+            assert a.gather().contacts.tolist() == [3, 0]
+            assert b.gather().contacts.tolist() == [1, 1, 0]
+
+
 def test_where_selects_which_grains_of_the_caller_change():
     world = motes.World(seed=1, dt=0.001, progress="off")
     a, b = world.system("a"), world.system("b")

@@ -103,7 +103,7 @@ def test_what_is_whole_is_read(tmp_path, number, reference, monkeypatch):
         shown = stage_counts(tmp_path / name)
         opened = motes.open_particles(tmp_path / name, system="a")
         assert shown == [opened.count(frame) for frame in range(len(shown))]
-        assert count - 4 <= len(shown) <= count
+        assert count - 30 <= len(shown) <= count  # it is written anew for an eighth of the time
     folder = motes.open_particles(tmp_path / name).folder
     (folder / ".a.000003.r0000.usdc.0123456789abcdef.pWtm9T").write_text("USD's own draft")
     if folder.name != name:  # as if the run had been killed while it wrote the index

@@ -9,6 +9,7 @@ import pytest
 from motes import errors
 from motes._live.pose import Pose
 from motes._live.steering import Steering
+from motes._values.live import Live
 
 HOME = Pose((0.0, 2.0, 12.0), (0.0, 2.0, 0.0), (0.0, 1.0, 0.0), 40.0)
 
@@ -62,6 +63,17 @@ def test_a_checkpoint_brings_values_back_also_of_controls_made_later():
     changed = Steering()
     changed.restore(kept)
     assert changed.control("wind", True, None, None, None, None).value is True  # not the kept number
+
+
+def test_a_checkpoint_of_a_pause_is_held_for_viewers_only():
+    state = Steering(Live())
+    assert not state.held and "paused" not in state.state()
+    state.hear('{"pause": true}')
+    kept = json.loads(json.dumps(state.state()))
+    watched, alone = Steering(Live()), Steering()
+    watched.restore(kept)
+    alone.restore(kept)
+    assert watched.held and not alone.held
 
 
 def test_ranks_agree_on_what_controls_are():

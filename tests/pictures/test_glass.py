@@ -21,7 +21,11 @@ CAMERA = motes.Camera((0, 0, 4), (0, 0, 0), fov_deg=30)
 
 
 def picture(
-    *objects: Any, sprite: motes.Sprite | None = None, place: Any = (0, 0, 0), **facts: Any
+    *objects: Any,
+    sprite: motes.Sprite | None = None,
+    place: Any = (0, 0, 0),
+    finer: int = 1,
+    **facts: Any,
 ) -> Picture:
     facts = {
         "background": (0.1, 0.1, 0.1),
@@ -29,7 +33,7 @@ def picture(
         "sun": (0.3, 0.5, 1),
         "camera": CAMERA,
     } | facts
-    renderer = motes.Renderer(120, 90, linear=True, objects=objects, **facts)
+    renderer = motes.Renderer(120 * finer, 90 * finer, linear=True, objects=objects, **facts)
     world = motes.World(seed=1, renderer=renderer, progress="off")
     system = world.system("one", **({} if sprite is None else {"sprite": sprite}))
     with world:
@@ -154,6 +158,28 @@ def test_glass_casts_no_shadow_and_has_smooth_edges() -> None:
         len(np.unique(picture(lit, smooth=on, **facts)[:, 60].round(4), axis=0)) for on in (False, True)
     )
     assert smooth > rough
+
+
+def test_creases_of_glass_are_smooth() -> None:
+    ends = (
+        (-0.6, 0.6, 0),
+        (-0.6, -0.1, 0.3),
+        (-0.6, -0.6, 0),
+        (0.6, 0.6, 0),
+        (0.6, 0.1, 0.3),
+        (0.6, -0.6, 0),
+    )
+    sides = [t for p, q in ((0, 1), (1, 2), (2, 0)) for t in ((p, q, q + 3), (p, q + 3, p + 3))]
+    prism = motes.Solid(motes.Mesh(ends, [*sides, (0, 2, 1), (3, 4, 5)]), glass=1.5)
+    facts: dict[str, Any] = {
+        "background": motes.Gradient((0.9, 0.1, 0.1), (0.1, 0.2, 0.9), (0.1, 0.8, 0.1)),
+        "sun": (0, 0, 0),
+    }
+    middle = (slice(30, 60), slice(45, 75))  # away from the outline
+    fine = picture(prism, finer=8, **facts).reshape(90, 8, 120, 8, 3).mean((1, 3))[middle]
+    rough, smooth = (np.abs(picture(prism, smooth=on, **facts)[middle] - fine) for on in (False, True))
+    assert rough.max() > 0.02
+    assert smooth.mean() < 0.5 * rough.mean()
 
 
 def test_wrong_glass_is_refused() -> None:

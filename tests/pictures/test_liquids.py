@@ -132,30 +132,35 @@ def test_a_liquid_without_particles_changes_nothing():
 
 
 def test_a_liquid_leaves_nothing_where_it_was():
-    """The planes of a tile are cleared once the liquid has left it."""
+    """The planes of a tile are cleared once the liquid has left it: smoothing in the next tile reads them."""
     renderer = motes.Renderer(160, 120, camera=FRONT, smooth=False, linear=True, layers=["depth"])
     sprite = motes.Sprite("surface", radius=0.3)
     world = motes.World(seed=1, dt=1, renderer=renderer, progress="off")
     water = world.system("water", sprite=sprite)
     with world:
-        water.emit(position=[(-1.25, 0.25, 0)], velocity=[(2.5, 0, 0)])
+        water.emit(position=[(-0.9, 0.25, 0)], velocity=[(0.7, 0, 0)])  # just before and behind the border
         for k in range(2):
             frame = world.render()
-            alone = poured([(-1.25 + 2.5 * k, 0.25, 0)], sprite=sprite, layers=["depth"])
+            alone = poured([(-0.9 + 0.7 * k, 0.25, 0)], sprite=sprite, layers=["depth"])
+            assert np.isfinite(frame.layer("depth")).any(0)[[62, 66]].tolist() == [k == 0, k == 1]
             assert (frame.linear == alone.linear).all()
             assert (frame.layer("depth") == alone.layer("depth")).all()
             water.move()
 
 
 def test_a_liquid_bends_what_is_in_the_tile_beside_it():
-    """Pixels at the border of a tile show what is behind pixels of the next."""
-    back = shapes.Box((-0.32, -3, -2), (3, 3, -1.5))  # from the second column of tiles on
-    sprite = motes.Sprite("surface", radius=0.6, glass=1.5)
-    facts: dict[str, Any] = {"objects": [motes.Solid(back, light=0.5)], "sun": (0, 0, 0), "alpha": 0.02}
-    small = poured([(-0.95, 0, 0)], sprite=sprite, **facts).linear
-    assert small[:, 64:].max() > 0.3
-    both = poured([(-0.95, 0, 0), (0.9, 0, 0)], sprite=sprite, **facts).linear  # all tiles have some liquid
-    assert (both[:, :63] == small[:, :63]).all()
+    """Deep liquid at the border of a tile shows what is behind pixels of the next."""
+    focal = 60 / np.tan(np.radians(22.5))
+    away = np.linspace(5, 7, 60)[:, None]
+    column = FRONT.position + away * [(60 - 80) / focal, 0, -1]  # all in front of pixel 60
+    back = shapes.Box(((64 - 80) / focal * 13, -9, -9), (9, 9, -8))  # from the second column of tiles on
+    sprite = motes.Sprite("surface", radius=0.12, glass=1.5)
+    facts: dict[str, Any] = {"objects": [motes.Solid(back, light=0.5)], "sun": (0, 0, 0), "alpha": 0.002}
+    deep = poured(column, sprite=sprite, **facts)
+    assert not np.isfinite(poured(column, sprite=sprite, layers=["depth"]).layer("depth"))[:, 64:].any()
+    assert deep.linear[:, :64].max() > 0.3 > poured([], **facts).linear[:, :64].max()
+    both = poured([*column, (0, 1, 0)], sprite=sprite, **facts)  # the tile beside it has some liquid, too
+    assert (both.linear[:, :64] == deep.linear[:, :64]).all()
 
 
 EVERYWHERE = """

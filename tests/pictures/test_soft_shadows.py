@@ -79,6 +79,39 @@ def test_solids_shade_lit_particles_where_lights_have_a_size() -> None:
     assert light(sun=(0, 0, 0), lights=lamp[1:]) < 0.5 * light(sun=(0, 0, 0), lights=lamp[:1])
 
 
+def test_each_particle_sees_the_part_of_the_sun_beside_a_ball() -> None:
+    """Whichever particles are beside it, and whichever balls stand aside of its way to the sun."""
+    places = np.linspace(-2.4, 2.4, 17)
+    beside = [motes.Solid(shapes.Sphere((x, 0.4, z), 0.3), (0, 0, 0)) for x in (-3, 0, 3) for z in (-2, 2)]
+    ball = motes.Solid(shapes.Sphere((0, 2, 0), 0.7), (0, 0, 0))
+    camera = motes.Camera((0, 0, 6), (0, 0, 0), fov_deg=8)
+    lamp = motes.Light((0, 4, 1), power=20, radius=0.5)
+    columns = np.rint(200 + places / 6 / np.tan(np.radians(4)) * 30 - 0.5).astype(int)
+
+    def row(*solids: motes.Solid, of: Any = places, lights: Any = ()) -> NDArray[np.float64]:
+        renderer = motes.Renderer(
+            400, 60, camera=camera, linear=True, background=(0, 0, 0), sun=(0, 1, 0), sun_size=40,
+            objects=solids, lights=lights,
+        )  # fmt: skip
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("row", sprite=motes.Sprite("disc", 7, "alpha", lit=True))
+        with world:
+            system.emit(position=[(x, 0, 0) for x in of])
+            return world.render().linear[:, :, 0].astype(float).max(axis=0)[columns]
+
+    at = np.linspace(-1, 1, 201)
+    u, v = (plane[np.hypot(*np.meshgrid(at, at)) <= 1] for plane in np.meshgrid(at, at))
+    way = np.stack([u * np.tan(np.radians(20)), 0 * u + 1, v * np.tan(np.radians(20))])
+    way /= np.linalg.norm(way, axis=0)
+    lit, plain = row(ball, *beside), row()
+    for x, part in zip(places, (lit - lit.min()) / (plain - lit.min()), strict=True):
+        to = np.array([-x, 2, 0.0])
+        assert abs(part - ((to @ to) - (to @ way) ** 2 > 0.7**2).mean()) < 0.05, x
+    together = row(ball, *beside, lights=[lamp])
+    for i, x in enumerate(places):
+        assert row(ball, *beside, of=[x], lights=[lamp])[i] == together[i]
+
+
 def test_sizes_of_lights_are_checked() -> None:
     for wrong in (-1, 91, float("nan"), "wide"):
         with pytest.raises(ArgumentError, match="sun_size"):

@@ -70,6 +70,31 @@ def test_what_is_wrong_with_a_mutation_is_named():
     assert len(module.faults(wrong)) == len(wrong)
 
 
+def test_no_mutation_is_tried_on_what_another_left(tmp_path, monkeypatch, capsys):
+    """What does not compile is not found, and those of Python are compiled like those of the core."""
+    module = mutations()
+    monkeypatch.setattr(module, "COPY", tmp_path)
+    (tmp_path / "cpp").mkdir()
+    for name in ("one.py", "cpp/one.cpp"):
+        (tmp_path / name).write_text("a = 1")
+    steps = []
+
+    def compiled(targets):
+        steps.append(",".join(targets))
+        return "one.cpp:1: error: no b" if "b" in (tmp_path / "cpp" / "one.cpp").read_text() else ""
+
+    monkeypatch.setattr(module, "compiled", compiled)
+    monkeypatch.setattr(module, "failure", lambda test: steps.append(test) or "1 failed")
+    good = module.Mutation("good", "one.py", "a", "b", "test_one.py::test_one")
+    assert module.found(good)
+    assert not module.found(good._replace(instead="b ="))
+    assert not module.found(good._replace(file="cpp/one.cpp"))
+    assert steps == ["_core,motes_replay", good.test, "_core,motes_replay"]
+    told = capsys.readouterr().out
+    assert told.count("NOT FOUND") == told.count("it does not compile: error: ") == 2
+    assert "error: no b" in told and (tmp_path / "one.py").read_text() == "a = 1"
+
+
 def test_no_two_files_of_tests_have_the_same_name():
     """Otherwise pytest collects only one of them."""
     names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]

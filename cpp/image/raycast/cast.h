@@ -31,6 +31,15 @@ struct CastSolid {
   const meshes::BvhTriangle* triangles;
   float value[14];
   bool turned;  // its axes are not the world's, as those of a placed mesh
+  float center[3], radius;  // of a ball around it; the radius is infinite if there is none
+};
+
+/// Room for the objects that may stand between a vector of particles and a light: as many as the view has, and one
+/// mask of the particles that each may shade.
+struct NearSolids {
+  static constexpr std::size_t kMostLanes = 16;
+  CastSolid* solids;
+  std::uint32_t* masks;
 };
 
 struct CastView {
@@ -145,8 +154,9 @@ struct CastLanes {
                 const Shades& to);
 
   /// Computes the part of each light with a size that is visible from particles first .. last - 1: see InSight.
-  void (*in_sight)(const ShadeView& view, const ShadedParticles& particles, std::size_t first, std::size_t last,
-                   float* to, std::size_t stride);
+  /// `near` has room for the most objects before any light.
+  void (*in_sight)(const ShadeView& view, const ShadedParticles& particles, const NearSolids& near, std::size_t first,
+                   std::size_t last, float* to, std::size_t stride);
 
   /// Moves surfaces met at points (x, y) to other points of the same pixels, on their tangent planes.
   void (*slide)(const CastView& view, const float* x, const float* y, const float* to_x, const float* to_y,

@@ -140,6 +140,7 @@ MOTES_OUTLINE Floats3 light_behind(const image::ShadeView& view, GlassRays& r, F
     marks = select(open, mixed_marks(marks, hit.surface), marks);
     open &= ~ends;
     if (!any(open)) break;
+    marks = select(open, mixed_marks(marks, glass.triangle), marks);
     smooth_glass(view, r.rays, glass);
     load_glass(view, glass.object, open & ~r.inside, r.index);
     r.object = select(open, glass.object, r.object);
@@ -194,7 +195,8 @@ MOTES_OUTLINE void add_glass(const image::ShadeView& view, const Sight& sight, M
   FirstHit entered = hit;
   entered.distance = only(hit.met, hit.distance * sqrt(dot(along, along)));
   cross_surface(entered, surface.offset, hit.met, through);
-  Ints seen = hit.surface;
+  // Facets of one mesh bend rays in different directions, so a crease is an edge of what is seen.
+  Ints seen = mixed_marks(hit.surface, hit.triangle);
   const Floats3 behind = light_behind(view, through, surface.offset, background, hit.met, seen);
   const Floats3 reflected = through_air(view, gleam.reflected(), hit.distance, along, background);
   const Floats passes = 1.0f - mirrors;

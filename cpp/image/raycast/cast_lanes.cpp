@@ -137,8 +137,11 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
 }
 
 // Rays start at the lit side of a particle, so a particle that rests on a solid is not shaded by it.
-void in_sight(const image::ShadeView& view, const image::ShadedParticles& particles, std::size_t first,
-              std::size_t last, float* to, std::size_t stride) {
+void in_sight(const image::ShadeView& view, const image::ShadedParticles& particles, const image::NearSolids& near,
+              std::size_t first, std::size_t last, float* to, std::size_t stride) {
+  static_assert(kLanes <= image::NearSolids::kMostLanes);
+  const float spread = __builtin_sqrtf(view.sun_right[0] * view.sun_right[0] + view.sun_right[1] * view.sun_right[1] +
+                                       view.sun_right[2] * view.sun_right[2]);
   const bool sized_sun = view.sun.shines && has_size(view);
   const Ints none = all_ints(-1);
   for (std::size_t i = first; i < last; i += kLanes) {
@@ -151,12 +154,25 @@ void in_sight(const image::ShadeView& view, const image::ShadedParticles& partic
     at.offset = max(radius, length_of_way(at.point) * 2e-4f);
     float* const here = to + (i - first);
     const Floats3 sun = all3(view.sun.toward);
-    store(here, sized_sun ? sun_in_sight(view, at.point + sun * at.offset, at, open) : all(1.0f));
+    Floats part = all(1.0f);
+    if (sized_sun) {
+      const Floats3 from = at.point + sun * at.offset;
+      const Casters casters =
+          near_cones({view.cast.solids, view.cast.count}, from, sun, all(__FLT_MAX__), 0, spread, open, near);
+      part = sun_in_sight(view, from, at, open, casters);
+    }
+    store(here, part);
     for (std::size_t k = 0; k < view.light_count; ++k) {
       const image::CastLight& light = view.lights[k];
-      const Floats3 from = at.point + unit(all3(light.position) - at.point) * at.offset;
-      const bool sized = light.radius > 0;
-      store(here + (k + 1) * stride, sized ? part_of_lamp(light, *view.places, from, at, open) : all(1.0f));
+      part = all(1.0f);
+      if (light.radius > 0) {
+        const Floats3 from = at.point + unit(all3(light.position) - at.point) * at.offset;
+        const Floats3 way = all3(light.position) - from;
+        const Casters casters =
+            near_cones({light.solids, light.count}, from, unit(way), sqrt(dot(way, way)), light.radius, 0, open, near);
+        part = part_of_lamp(light, *view.places, from, at, open, casters);
+      }
+      store(here + (k + 1) * stride, part);
     }
   }
 }

@@ -17,13 +17,14 @@ inline constexpr auto kBounce = static_cast<float>(image::kBounce), kTint = stat
 
 /// Returns which rays meet an object before they reach a light. Shapes cast no shadow on themselves: their outer
 /// surfaces are convex, so a point facing the light is lit. (From inside, a box is a room without a ceiling, and a pipe
-/// lets light in.)
+/// lets light in.) `masks` says which rays each object may meet; null: all.
 MOTES_OUTLINE Mask in_shadow(const image::CastSolid* solids, std::size_t count, const Rays& rays, Floats far,
-                             Ints object, Mask open) {
+                             Ints object, Mask open, const std::uint32_t* masks = nullptr) {
   Mask dark{};
   for (const image::CastSolid* solid = solids; solid != solids + count; ++solid) {
     Mask here = open & ~dark;
     if (solid->nodes == nullptr) here &= object != static_cast<std::int32_t>(solid->number);
+    if (masks != nullptr) here &= (Mask)load_uints(masks + static_cast<std::size_t>(solid - solids) * kLanes);
     if (!any(here)) continue;
     dark |= here & blocked(*solid, rays, Floats{}, far, here);
   }
@@ -31,18 +32,47 @@ MOTES_OUTLINE Mask in_shadow(const image::CastSolid* solids, std::size_t count, 
 }
 
 /// Returns the part of a light with a size that is visible from surfaces. `rays_to(k)` returns the rays to its k-th
-/// sample point. If the first kFirst points agree, the others are not tested.
+/// sample point. If the first kFirst points agree, the others are not tested. `masks`: see in_shadow().
 template <class RaysTo>
 MOTES_INLINE Floats part_in_sight(const image::CastSolid* solids, std::size_t count, Floats far, Ints object, Mask open,
-                                  const RaysTo& rays_to) {
+                                  const RaysTo& rays_to, const std::uint32_t* masks = nullptr) {
   constexpr int kFirst = image::LightPlaces::kFirst, kAll = image::LightPlaces::kAll;
   if (count == 0) return all(1.0f);
   Ints dark{};
-  for (int k = 0; k < kFirst; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, open);
+  for (int k = 0; k < kFirst; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, open, masks);
   const Mask mixed = open & (dark > 0) & (dark < kFirst);
   if (!any(mixed)) return only(dark == 0, all(1.0f));
-  for (int k = kFirst; k < kAll; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, mixed);
+  for (int k = kFirst; k < kAll; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, mixed, masks);
   return select(mixed, 1.0f - to_floats(dark) * (1.0f / kAll), only(dark == 0, all(1.0f)));
+}
+
+/// The objects that may stand before a light, and which rays each may meet; null: all.
+struct Casters {
+  const image::CastSolid* solids;
+  std::size_t count;
+  const std::uint32_t* masks = nullptr;
+};
+
+/// Selects the objects whose balls touch the cones that begin at `from`, along unit vectors `way` of length `far`. A
+/// cone is `wide` metres thick at its start, and grows by `per_metre`. A ray is only tested against what its own cone
+/// touches, so that what it finds does not depend on the rays beside it.
+MOTES_OUTLINE Casters near_cones(Casters all_of_them, Floats3 from, Floats3 way, Floats far, float wide,
+                                 float per_metre, Mask open, const image::NearSolids& near) {
+  constexpr float kSpare = 1e-4f;  // far more than rounding
+  std::size_t count = 0;
+  for (const image::CastSolid* solid = all_of_them.solids; solid != all_of_them.solids + all_of_them.count; ++solid) {
+    const Floats3 offset = all3(solid->center) - from;
+    const Floats along = min(max(dot(offset, way), Floats{}), far);
+    const Floats3 aside = offset - way * along;
+    const Floats room = (solid->radius + wide + per_metre * (along + solid->radius)) * (1.0f + kSpare) +
+                        (along + sqrt(dot(from, from))) * kSpare;
+    const Mask may = open & ~(dot(aside, aside) > room * room);  // also if the ball is infinite
+    if (!any(may)) continue;
+    near.solids[count] = *solid;
+    store_uints(near.masks + count * kLanes, (Uints)may);
+    ++count;
+  }
+  return {near.solids, count, near.masks};
 }
 
 /// Loads the materials of objects, one per lane; mostly they are all the same.
@@ -81,11 +111,15 @@ MOTES_INLINE bool has_size(const image::ShadeView& view) {
   return view.sun_right[0] != 0 || view.sun_right[1] != 0 || view.sun_right[2] != 0;
 }
 
-MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, const Shading& at, Mask open) {
-  return part_in_sight(view.cast.solids, view.cast.count, all(__FLT_MAX__), at.object, open, [&](int k) {
-    return Rays{
-        from, all3(view.sun.toward) + all3(view.sun_right) * view.places->x[k] + all3(view.sun_up) * view.places->y[k]};
-  });
+MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, const Shading& at, Mask open,
+                                 Casters casters) {
+  return part_in_sight(
+      casters.solids, casters.count, all(__FLT_MAX__), at.object, open,
+      [&](int k) {
+        return Rays{from, all3(view.sun.toward) + all3(view.sun_right) * view.places->x[k] +
+                              all3(view.sun_up) * view.places->y[k]};
+      },
+      casters.masks);
 }
 
 /// Returns the part of a light that particles let through to surfaces.
@@ -105,7 +139,7 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   Mask dark{};
   Floats light{};
   if (has_size(view)) {
-    const Floats part = sun_in_sight(view, rays.from, at, open);
+    const Floats part = sun_in_sight(view, rays.from, at, open, {view.cast.solids, view.cast.count});
     dark = open & (part < 0.5f);
     light = only(open, facing * part);
   } else {
@@ -121,14 +155,17 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
 
 /// Returns the part of a lamp that is visible from a surface. The lamp is a disc that faces the surface.
 MOTES_INLINE Floats part_of_lamp(const image::CastLight& light, const image::LightPlaces& places, Floats3 from,
-                                 const Shading& at, Mask open) {
+                                 const Shading& at, Mask open, Casters casters) {
   const Floats3 way = all3(light.position) - from;
   const Mask upright = abs(way.y) * abs(way.y) > dot(way, way) * 0.8f;
   const Floats3 axis{only(upright, all(1.0f)), only(~upright, all(1.0f)), Floats{}};
   const Floats3 across = unit(cross(way, axis)), upward = unit(cross(across, way));
-  return part_in_sight(light.solids, light.count, all(1), at.object, open, [&](int k) {
-    return Rays{from, way + across * (places.x[k] * light.radius) + upward * (places.y[k] * light.radius)};
-  });
+  return part_in_sight(
+      casters.solids, casters.count, all(1), at.object, open,
+      [&](int k) {
+        return Rays{from, way + across * (places.x[k] * light.radius) + upward * (places.y[k] * light.radius)};
+      },
+      casters.masks);
 }
 
 MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPlaces& places, Ints bit, Shading& at) {
@@ -142,7 +179,7 @@ MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPla
   Mask dark;
   Floats part;
   if (light.radius > 0) {
-    const Floats seen = part_of_lamp(light, places, from, at, open);
+    const Floats seen = part_of_lamp(light, places, from, at, open, {light.solids, light.count});
     dark = open & (seen < 0.5f);
     part = only(open, seen * facing / (square * sqrt(square)));
   } else {

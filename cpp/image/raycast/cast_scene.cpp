@@ -276,6 +276,8 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
     ball = bounds(solid.shape);
   }
   ball.center = ball.center - lens_.eye;
+  put(ball.center, prepared.center);
+  prepared.radius = static_cast<float>(ball.radius);
   if (solid.glass > 0) {
     glass_.push_back(prepared);
     glass_bounds_.push_back(bounds_on_screen(ball));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "image/raycast/cast_scene.h"
 
@@ -17,7 +18,11 @@ InSight in_sight(const View& view) {
   const ShadeView& shade = scene->light({{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}});
   return [scene, &shade](const ParticlePlanes& particles, const ParticleWidth& width, std::size_t first,
                          std::size_t last, float* to, std::size_t stride) {
-    cast_lanes().in_sight(shade, {particles, width}, first, last, to, stride);
+    std::size_t most = shade.cast.count;
+    for (std::size_t k = 0; k < shade.light_count; ++k) most = std::max(most, shade.lights[k].count);
+    std::vector<CastSolid> solids(most);
+    std::vector<std::uint32_t> masks(most * NearSolids::kMostLanes);
+    cast_lanes().in_sight(shade, {particles, width}, {solids.data(), masks.data()}, first, last, to, stride);
   };
 }
 

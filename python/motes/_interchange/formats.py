@@ -59,12 +59,12 @@ class Place:
         """Return the names of the files that are written once per system."""
         return {system.stem + suffix for system in manifest.systems for suffix in self.format.beside}
 
-    def publish(self, manifest: Manifest) -> None:
-        """Publish the complete frames: first to other programs, then to `open_particles`."""
+    def publish(self, manifest: Manifest, *, shows: bool = True) -> None:
+        """Publish the complete frames: to other programs, if it `shows` them, then to `open_particles`."""
         for suffix, content in self.format.beside.items():
             for system in manifest.systems:
                 _write_changed(self.folder / f"{system.stem}{suffix}", content(system))
-        if self.format.show is not None:
+        if shows and self.format.show is not None:
             # The first time, remove the drafts of killed runs, which lists the directory.
             with files.whole_path(self.path, remove_abandoned=not manifest.frames) as draft:
                 draft.write_bytes(self.format.show(manifest, self.folder.name))

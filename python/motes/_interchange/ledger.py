@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import json
 import os
+import time
 from collections.abc import Iterable, Sequence
 
 from .._shot.facts import Scene
@@ -31,6 +32,7 @@ class Ledger:
         self._place = place
         self._manifest = manifest
         self._announced: dict[int, dict[tuple[int, int | None], Part]] = {}
+        self._next_show_s = 0.0
 
     @property
     def frames(self) -> int:
@@ -118,4 +120,9 @@ class Ledger:
                         f"rank {part.rank} has written {part.file}, but {path} is not what it wrote: "
                         "all ranks must see the same directory"
                     )
-        self._place.publish(manifest)
+        # What other programs read lists all frames, so it takes longer each time: an eighth of all at most.
+        begin = time.monotonic()
+        shows = manifest.finished or begin >= self._next_show_s
+        self._place.publish(manifest, shows=shows)
+        if shows:
+            self._next_show_s = time.monotonic() + 7 * (time.monotonic() - begin)

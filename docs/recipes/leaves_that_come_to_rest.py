@@ -1,4 +1,4 @@
-"""Leaves that come to rest: `hits=True` notes what has hit something, and `rest` lays it down."""
+"""Leaves that come to rest: `hits=True` notes hits, and `rest` lays down what is slow, z axis upright."""
 
 import motes
 from motes.shapes import Box, Plane
@@ -9,7 +9,7 @@ renderer = motes.Renderer(
     480, 270, camera=camera, background="#8fb3c9", objects=[motes.Solid(ground, "#6b7a4a")]
 )
 world = motes.World(seed=2, renderer=renderer)
-leaf = motes.Mesh([(0, 0, -1), (0.45, 0.1, 0), (0, 0, 1), (-0.45, 0.1, 0)], [(0, 1, 2), (0, 2, 3)])
+leaf = motes.Mesh([(0, -1, 0), (0.45, 0, 0.1), (0, 1, 0), (-0.45, 0, 0.1)], [(0, 1, 2), (0, 2, 3)])
 card = motes.Sprite("mesh", mesh=leaf, facing="orientation", blend="opaque", lit=True)
 leaves = world.system("leaves", sprite=card)
 leaves.configure(size=0.12, orientation="random", spin=motes.shapes.Sphere((0, 0, 0), 6))

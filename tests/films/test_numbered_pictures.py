@@ -138,6 +138,8 @@ def test_directories_without_a_clear_order_are_refused(tmp_path, capsys, names, 
     assert says in capsys.readouterr().err
     assert main(["movie", str(tmp_path / "nowhere")]) == 2
     assert "nowhere is not a directory" in capsys.readouterr().err
+    assert main(["movie", str(tmp_path / "snow.mp4")]) == 2
+    assert "has no films of ranges of snow.mp4, such as snow.000400-000500.mp4" in capsys.readouterr().err
 
 
 def test_clear_pixels_are_shown_over_a_colour_and_never_dropped_silently(tmp_path, capsys):

@@ -76,6 +76,26 @@ def test_a_checkpoint_of_a_pause_is_held_for_viewers_only():
     assert watched.held and not alone.held
 
 
+@pytest.mark.parametrize("paused", [False, True])
+def test_a_checkpoint_on_the_way_to_an_earlier_frame_keeps_the_way(paused):
+    state = Steering(live=Live(0))
+    wind = state.control("wind", 0.0, -5, 5, None, None)
+    rows = [{"frame": frame, "set": {"wind": float(frame)}} for frame in (1, 3)]
+    state.hear(json.dumps({"again": {"rows": rows, "to": 4, "paused": paused}}))
+    for frame in (0, 1):
+        state.commit(frame)
+    assert wind.value == 1
+    kept = json.loads(json.dumps(state.state()))
+    for live in (Live(0), None):
+        later = Steering(live=live)
+        wind = later.control("wind", 0.0, -5, 5, None, None)
+        later.restore(kept)
+        for frame in (2, 3):
+            assert not later.held and later.hidden(frame) == (frame == 2 and live is not None)
+            later.commit(frame)
+        assert wind.value == 3 and later.held == (paused and live is not None)
+
+
 def test_ranks_agree_on_what_controls_are():
     plain, other = Steering(), Steering()
     assert plain.agreement() == ""

@@ -57,8 +57,7 @@ class Blackboard {
   }
 
   showFigures(told) {
-    this.part("sentence").textContent = told.sentence || "";
-    this.part("sentence").hidden = !told.sentence;
+    this.part("sentence").textContent = told.sentence || "The run is explained when processors have time for it.";
     const most = Math.max(...told.ranks.map(one => one.t_compute_s), 1e-9);
     this.part("load").textContent = `ms in frame ${told.frame}`;
     this.part("bars").replaceChildren(...told.ranks.map(({ rank, t_compute_s: seconds, particles }) => {

@@ -220,6 +220,8 @@ class Steering:
         left: dict[str, Any] = {"values": {**self._left, **self._values}, "camera": camera}
         if self.paused:
             left["paused"] = True
+        if self._to:
+            left["again"] = {"rows": list(self._again.values()), "to": self._to, "steps": self._steps}
         balancing = {"balancer": self.balancer, "speeds": self.speeds}
         return {**left, "balancing": balancing} if any(balancing.values()) else left
 
@@ -232,6 +234,10 @@ class Steering:
         self._balancing = {name: wish for name, wish in balancing.items() if wish}
         if state.get("paused") and self._live:
             self.hold()
+        again = state.get("again", {"rows": [], "to": 0, "steps": 0})
+        self._again = {row["frame"]: row for row in again["rows"]}
+        if self._live:  # without viewers every frame is drawn, and none waits
+            self._to, self._steps = again["to"], again["steps"]
         camera = state.get("camera")
         self._camera = self._next = None if camera is None else Pose.read(camera)
 

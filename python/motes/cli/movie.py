@@ -178,6 +178,9 @@ def join(
 def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
     """Find the pictures of a series, or of the only series, by number."""
     if not folder.is_dir():
+        if folder.suffix and not folder.exists():
+            part = f"{folder.stem}.000400-000500{folder.suffix}"
+            raise MotesError(f"{folder.parent} has no films of ranges of {folder.name}, such as {part}")
         raise MotesError(f"{folder} is not a directory")
     by_name: dict[str, dict[int, Path]] = {}
     for path in sorted(folder.iterdir()):

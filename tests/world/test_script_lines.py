@@ -129,6 +129,13 @@ def inside(system, function):
     function(system)
 
 
+def test_copies_of_a_script_in_one_process_have_numbers_of_their_own():
+    """A source is known by file and line: whatever ran here before, all ranks agree on it."""
+    places = [(compile("x = 1", file, "exec"), 0) for file in ("/a/first.py", "/b/second.py", "/c/first.py")]
+    numbers = [script_lines.number_of(place) for place in places]
+    assert places[0] == places[1] and numbers[0] == numbers[2] != numbers[1]
+
+
 def test_each_call_knows_the_line_that_recorded_it():
     world = motes.World(seed=1, progress="off")
     system, other = world.system("a"), world.system("b")

@@ -137,9 +137,14 @@ def running_line(depth: int) -> Line:
     return frame.f_code, frame.f_lasti
 
 
-@lru_cache(maxsize=4096)
 def number_of(place: Line | str) -> int:
     """Return a 64-bit hash of a line of the script or of a text, the same in each process."""
+    # Code of equal files is equal: without its name a copy of a script would have the numbers of the first.
+    return _number_of(place, None if isinstance(place, str) else place[0].co_filename)
+
+
+@lru_cache(maxsize=4096)
+def _number_of(place: Line | str, file: str | None) -> int:
     text = (place if isinstance(place, str) else _shown(place)).encode(errors="surrogatepass")
     import hashlib  # late: only scripts with sources need it
 

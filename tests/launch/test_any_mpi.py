@@ -189,7 +189,8 @@ def test_failures_are_told_each_time(place, how):
 
 def test_a_signal_stops_all_ranks_after_the_same_frame(place):
     ended = place.run(3, "os.kill(os.getpid(), signal.SIGTERM)")
-    assert {line.split()[0] for line in ended.out.splitlines()} == {"3"}, ended.text
+    # A launcher may pass on two lines before the end of either.
+    assert set(re.findall(r"(\d+) [0-9a-f]{48}", ended.out)) == {"3"}, ended.text
     assert ended.code in (0, 143), ended.text
 
 

@@ -45,6 +45,7 @@ def test_cut_anywhere_it_is_the_same():
     for cut in range(len(text)):
         out, relay = relayed(text[:cut], text[cut:])
         assert out == b"a\n" + WARNING + REPORT + b"b\n", cut
+        assert relay.message == "rank 2 (calculator 0), frame 3: ValueError: the mistake", cut
         assert b"".join(relay.own) == ABORT + EXITED
 
 

@@ -237,7 +237,8 @@ class Relay:
         rb"|Error in NBC_Start_round\(\) \((-1|7[5-7])\))\s*"
     )
     _END = re.compile(re.escape(END.encode()) + rb"(\d+)")
-    _REPORT = re.compile(rb"\*\*\* motes: (.*)")
+    _OURS = b"*** motes: "
+    _REPORT = re.compile(re.escape(_OURS) + rb"(.*)")
     _STOPPED = re.compile(rb"motes: stopped by SIG")
     _ERROR = re.compile(rb"([A-Za-z_][\w.]*(?:Error|Exception|Interrupt)\b.*)")
     _MOST_LINES = 100  # a longer block is not a message
@@ -287,8 +288,9 @@ class Relay:
         self._rest = b""
         for line in lines:
             self._take(line + b"\n")
-        if self._inside or self._held or not rest.strip(b" \t\r\0-="):
-            self._rest = rest  # may become a line of dashes
+        ours = rest.startswith(self._OURS) or self._OURS.startswith(rest)
+        if self._inside or self._held or ours or not rest.strip(b" \t\r\0-="):
+            self._rest = rest  # may become a report, which crashing ranks write in parts, or a line of dashes
         else:
             self._pass_on(rest)  # such as a progress bar, which never ends its line
 

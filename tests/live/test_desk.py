@@ -171,6 +171,37 @@ def test_a_person_works_at_the_desk(tmp_path):
 
 
 @pytest.mark.timeout(240)
+def test_a_script_saved_again_on_the_way_goes_where_the_first_one_was(tmp_path):
+    scene = tmp_path / "snow.py"
+    scene.write_text(SCENE.read_text())
+
+    async def conversation(url: str) -> None:
+        async with Client.of(url) as viewer:
+            await viewer.until(lambda: viewer.state.get("frame", 0) >= 5)
+            await viewer.say(set={"wind": 2})
+            await viewer.until(lambda: viewer.state["controls"]["wind"]["value"] == 2)
+            await viewer.until(lambda: viewer.state["frame"] >= 14)
+            await viewer.say(pause=True)
+            await viewer.until(lambda: bool(viewer.state["paused"]))
+            await asyncio.sleep(0.5)
+            at = viewer.state["frame"]
+            scene.write_text(scene.read_text().replace("time.sleep(pause_s)", "time.sleep(0.5)"))
+            way = f"on the way to frame {at}"
+            await viewer.until(
+                lambda: viewer.state["take"] == 2 and way in (viewer.state["notice"] or ""), 60
+            )
+            scene.write_text(SCENE.read_text())
+            await viewer.until(lambda: viewer.state["take"] == 3 and viewer.state["job"] == "running", 60)
+            await viewer.until(lambda: viewer.state["frame"] == at and viewer.pictures[-1][1] == at - 1, 30)
+            assert viewer.state["controls"]["wind"]["value"] == 2
+            await viewer.say(stop=True)
+            await viewer.until(lambda: viewer.state["job"] == "ended")
+
+    with live(scene, tmp_path, 1000, OPTIONS, options=("--wait",)) as command:
+        asyncio.run(conversation(command.url))
+
+
+@pytest.mark.timeout(240)
 def test_a_saved_script_is_reloaded_at_the_same_frame_and_a_wrong_one_is_told(tmp_path):
     text = SCENE.read_text()
     scene = tmp_path / "snow.py"

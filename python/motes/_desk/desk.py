@@ -254,8 +254,11 @@ class Desk(Site):
             self._facts["error"] = problem
             self._changed()
             return
-        to = int(self._state.get("frame") or 0)
-        await self._restart(self._again(to), f"{script.path.name} was saved: starting it ...", max(to, 1))
+        to, way = int(self._state.get("frame") or 0), []
+        if (self._goal or 0) > to and self._goal != 1:  # on its way: it has heard of some orders only
+            to, way = self._goal or 0, self._goals
+        first = [*way, *self._again(to)]
+        await self._restart(first, f"{script.path.name} was saved: starting it ...", max(to, 1))
 
     async def _watch(self, script: Script) -> None:
         """Reload the script whenever it is saved while a page is open."""

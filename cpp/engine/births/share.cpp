@@ -95,9 +95,8 @@ std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, 
       groups.push_back({static_cast<std::uint32_t>(groups.size()), {}});
     }
   }
-  of_largest(script, round, [&] {
-    rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, groups)));
-  });
+  of_largest(script, round,
+             [&] { rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, groups))); });
   return groups;
 }
 

@@ -254,9 +254,9 @@ class Desk(Site):
             self._facts["error"] = problem
             self._changed()
             return
-        to, way = int(self._state.get("frame") or 0), []
-        if (self._goal or 0) > to and self._goal != 1:  # on its way: it has heard of some orders only
-            to, way = self._goal or 0, self._goals
+        to, way, goal = int(self._state.get("frame") or 0), [], self._goal or 0
+        if goal > max(to, 1):  # on its way: it has heard of some orders only
+            to, way = goal, self._goals
         first = [*way, *self._again(to)]
         await self._restart(first, f"{script.path.name} was saved: starting it ...", max(to, 1))
 
